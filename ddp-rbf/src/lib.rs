@@ -1,0 +1,1 @@
+//! Differential dynamic programming with relaxed barriers for whole-body model predictive control

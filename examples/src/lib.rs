@@ -1,0 +1,1 @@
+//! Robots that search: HEATS and its competitors, end to end in a built-in simulator

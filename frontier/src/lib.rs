@@ -1,0 +1,1 @@
+//! Exploration and inspection frontiers of voxel maps, clustered and kept up to date incrementally

@@ -1,0 +1,1 @@
+//! Object search plans that minimise the expected time to find a target

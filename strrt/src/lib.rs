@@ -1,0 +1,1 @@
+//! Space-time RRT* for arms whose base moves on a known schedule

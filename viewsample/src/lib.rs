@@ -1,0 +1,1 @@
+//! Viewpoint generation and scoring for sensing robots: state libraries, visibility, information gain
