@@ -1,0 +1,141 @@
+//! Properties that hold for any costs.
+#![allow(missing_docs)]
+
+use atsp::{
+    CostMatrix, CostModel, Decision, FromFn, Params, Place, Problem, solve, solve_from, two_level,
+};
+use proptest::prelude::*;
+
+/// Square matrices with about `forbidden` per cent infinite arcs.
+fn matrices(nodes: std::ops::Range<usize>, forbidden: u32) -> impl Strategy<Value = CostMatrix> {
+    nodes
+        .prop_flat_map(move |n| {
+            let cost = (0.0..100.0f64, 0..100u32)
+                .prop_map(move |(c, roll)| if roll < forbidden { f64::INFINITY } else { c });
+            prop::collection::vec(prop::collection::vec(cost, n), n)
+        })
+        .prop_map(|rows| CostMatrix::from_rows(&rows).unwrap())
+}
+
+fn problem(n: usize, form: u32, start: usize, end: usize) -> Problem {
+    match form {
+        0 => Problem::Closed,
+        1 => Problem::Open { start: start % n },
+        _ => Problem::Path {
+            start: start % n,
+            end: end % n,
+        },
+    }
+}
+
+fn cost_of(costs: &CostMatrix, problem: Problem, order: &[usize]) -> f64 {
+    let closes = match problem {
+        Problem::Closed => true,
+        Problem::Open { .. } => false,
+        Problem::Path { start, end } => start == end,
+    };
+    let back = if closes && order.len() > 1 {
+        costs.cost(order[order.len() - 1], order[0])
+    } else {
+        0.0
+    };
+    costs.along(order) + back
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    /// Every answer is a permutation with the right ends, the cost of its arcs, and not below its bound.
+    #[test]
+    fn answers_are_valid(costs in matrices(1..40, 10), form in 0..3u32, s in 0..40usize, e in 0..40usize) {
+        let n = costs.len();
+        let problem = problem(n, form, s, e);
+        let params = Params { kicks: 50, ..Params::default() };
+        if let Ok(found) = solve(&costs, problem, &params) {
+            let mut sorted = found.order.clone();
+            sorted.sort_unstable();
+            prop_assert_eq!(sorted, (0..n).collect::<Vec<_>>());
+            match problem {
+                Problem::Closed => prop_assert_eq!(found.order[0], 0),
+                Problem::Open { start } => prop_assert_eq!(found.order[0], start),
+                Problem::Path { start, end } => {
+                    prop_assert_eq!(found.order[0], start);
+                    if start != end { prop_assert_eq!(found.order[n - 1], end); }
+                }
+            }
+            prop_assert_eq!(found.cost, cost_of(&costs, problem, &found.order));
+            prop_assert!(found.cost.is_finite());
+            prop_assert!(found.lower_bound.unwrap() <= found.cost);
+            prop_assert_eq!(&solve(&costs, problem, &params).unwrap(), &found);
+        }
+    }
+
+    /// The search never ends above its repaired hint, and more kicks never cost more.
+    #[test]
+    fn effort_never_hurts(costs in matrices(14..40, 0), seed in 0..9u64) {
+        let hint: Vec<usize> = (0..costs.len()).rev().collect();
+        let few = Params { kicks: 20, seed, ..Params::default() };
+        let many = Params { kicks: 200, ..few };
+        let a = solve_from(&costs, Problem::Open { start: 3 }, &hint, &few).unwrap();
+        let b = solve_from(&costs, Problem::Open { start: 3 }, &hint, &many).unwrap();
+        let repaired: Vec<usize> = std::iter::once(3).chain(hint.into_iter().filter(|&n| n != 3)).collect();
+        prop_assert!(a.cost <= costs.along(&repaired) + 1e-9);
+        prop_assert!(b.cost <= a.cost + 1e-9);
+    }
+
+    /// Adding a constant to a row and to a column shifts the optimum of a closed tour by it.
+    #[test]
+    fn row_and_column_offsets_shift_the_cost(costs in matrices(3..11, 0), row in 0..11usize, by in -20.0..20.0f64) {
+        let n = costs.len();
+        let row = row % n;
+        let shifted = FromFn::new(n, |a, b| {
+            costs.cost(a, b) + if a == row { by } else { 0.0 } + if b == row { 2.0 * by } else { 0.0 }
+        });
+        let p = Params::default();
+        let plain = solve(&costs, Problem::Closed, &p).unwrap().cost;
+        let moved = solve(&shifted, Problem::Closed, &p).unwrap().cost;
+        prop_assert!((moved - plain - 3.0 * by).abs() < 1e-9);
+    }
+
+    /// A path backwards over the transposed costs is as cheap.
+    #[test]
+    fn transposed_paths_are_equal(costs in matrices(3..11, 0)) {
+        let n = costs.len();
+        let back = FromFn::new(n, |a, b| costs.cost(b, a));
+        let p = Params::default();
+        let there = solve(&costs, Problem::Path { start: 0, end: n - 1 }, &p).unwrap().cost;
+        let here = solve(&back, Problem::Path { start: n - 1, end: 0 }, &p).unwrap().cost;
+        prop_assert!((there - here).abs() < 1e-9);
+    }
+
+    /// The decision names a reachable candidate of the current region if there is one, and visits each of them once.
+    #[test]
+    fn the_decision_stays_in_the_current_region(
+        points in prop::collection::vec((0.0..30.0f64, 0.0..20.0f64), 1..20),
+        robot in (0.0..30.0f64, 0.0..20.0f64),
+    ) {
+        // Four regions side by side, 7.5 m wide.
+        let region_of: Vec<usize> = points.iter().map(|p| (p.0 / 7.5) as usize).collect();
+        let current = (robot.0 / 7.5) as usize;
+        let at = |place: Place| match place {
+            Place::Robot => robot,
+            Place::Candidate(c) => points[c],
+            Place::Region(r) => (r as f64 * 7.5 + 3.75, 10.0),
+        };
+        let seconds = |a: Place, b: Place| {
+            let ((ax, ay), (bx, by)) = (at(a), at(b));
+            (ax - bx).hypot(ay - by)
+        };
+        let decision = Decision { current, regions: 4, region_of: &region_of };
+        let choice = two_level(&decision, seconds, &Params::default()).unwrap().unwrap();
+        let near = region_of.iter().filter(|&&r| r == current).count();
+        prop_assert_eq!(choice.viewpoint_order.len(), near);
+        if near > 0 {
+            prop_assert_eq!(region_of[choice.candidate], current);
+            prop_assert_eq!(choice.candidate, choice.viewpoint_order[0]);
+        } else {
+            prop_assert_eq!(Some(region_of[choice.candidate]), choice.target_region);
+        }
+        prop_assert_eq!(choice.region_order[0], current);
+    }
+}
