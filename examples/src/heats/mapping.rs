@@ -1,0 +1,126 @@
+//! The map manager: fuses scans and images, and keeps every layer that planning reads up to date.
+
+use super::settings::{Sensors, Settings};
+use crate::scene::Scene;
+use voxmap::{
+    Ball, Camera, CellBox, Config, CostMap, CostMapParams, Esdf, EsdfParams, RegionParams, Regions,
+    Scan, SensorModel, VoxelMap,
+};
+
+/// Free area that must have changed before regions are segmented again, m2.
+const REGION_AREA: f64 = 1.0;
+/// Shortest time between two segmentations, s.
+const REGION_PERIOD: f64 = 2.0;
+
+/// All layers of the map.
+pub struct Mapper {
+    /// Occupancy and inspection.
+    pub map: VoxelMap,
+    /// Distance to the nearest surface; unknown counts as occupied.
+    pub distance: Esdf,
+    /// 2-D cost map for the base.
+    pub ground: CostMap,
+    /// Regions of the cost map; absent until the first segmentation.
+    pub regions: Option<Regions>,
+    /// Largest distance at which a voxel counts as inspected, m.
+    pub inspect_range: f64,
+    region_params: RegionParams,
+    segmented_at: f64,
+    free_cells: usize,
+    scans: usize,
+}
+
+impl Mapper {
+    /// An unknown map of the scene's task volume.
+    ///
+    /// # Errors
+    /// The map's own message for sizes it cannot hold.
+    pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, voxmap::Error> {
+        let m = &settings.map;
+        let map = VoxelMap::new(&Config {
+            cell_size: m.cell_size.unwrap_or(scene.limits.voxel),
+            low: scene.bounds.min,
+            high: scene.bounds.max,
+            sensor: SensorModel { hit: m.hit, miss: m.miss, ..SensorModel::default() },
+        })?;
+        let distance = Esdf::new(
+            &map,
+            EsdfParams { truncation: m.truncation, unknown_is_occupied: true },
+        )?;
+        let ground = CostMap::project(&map, &CostMapParams::default())?;
+        Ok(Self {
+            distance,
+            ground,
+            regions: None,
+            inspect_range: m.inspect_range.unwrap_or(scene.limits.d_ins),
+            region_params: RegionParams { tau: settings.decision.tau, ..RegionParams::default() },
+            segmented_at: f64::NEG_INFINITY,
+            free_cells: 0,
+            scans: 0,
+            map,
+        })
+    }
+
+    /// Marks the space around the robot free: it stands there (G item 9).
+    pub fn clear_start(&mut self, body: &[Ball], margin: f64) {
+        for ball in body {
+            self.map.set_free_sphere(ball.center, ball.radius + margin);
+        }
+    }
+
+    /// Integrates the points of one scan or depth image.
+    ///
+    /// # Errors
+    /// The map's own message, e.g. for an origin that is not finite.
+    pub fn integrate(
+        &mut self,
+        origin: [f64; 3],
+        hits: &[[f32; 3]],
+        misses: &[[f32; 3]],
+        max_range: f64,
+        body: &[Ball],
+    ) -> Result<(), voxmap::Error> {
+        self.scans += 1;
+        self.map.insert(&Scan { origin, hits, misses, max_range, skip: body, ..Scan::default() })?;
+        Ok(())
+    }
+
+    /// Marks what the camera inspects from where it is now.
+    pub fn inspect(&mut self, camera: &Camera) {
+        self.map.mark_inspected(camera, self.inspect_range);
+    }
+
+    /// Brings distance field and cost map up to date; returns the boxes that changed since the last call.
+    pub fn refresh(&mut self) -> Vec<CellBox> {
+        let changes = self.map.take_changes();
+        if changes.is_empty() {
+            return Vec::new();
+        }
+        self.distance.update(&self.map, &changes);
+        self.ground.update(&self.map, &changes.boxes);
+        changes.boxes
+    }
+
+    /// Segments the regions anew when enough has changed; labels carry over by overlap.
+    pub fn segment(&mut self, now: f64) -> Result<(), voxmap::Error> {
+        let free = self.ground.free_count();
+        let changed = free.abs_diff(self.free_cells) as f64 * self.map.cell_size().powi(2);
+        let due = self.regions.is_none()
+            || (now - self.segmented_at >= REGION_PERIOD && changed >= REGION_AREA);
+        if due {
+            let mut regions = Regions::segment(&self.ground, &self.region_params)?;
+            if let Some(previous) = &self.regions {
+                regions.carry_labels(previous);
+            }
+            self.regions = Some(regions);
+            self.segmented_at = now;
+            self.free_cells = free;
+        }
+        Ok(())
+    }
+}
+
+/// Whether the LiDAR is in use.
+pub fn uses_lidar(settings: &Settings) -> bool {
+    settings.sensors == Sensors::Both
+}

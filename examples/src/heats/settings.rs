@@ -1,0 +1,404 @@
+//! Every setting of a HEATS run, with the published value or a founded default.
+//!
+//! A config file is this struct as TOML; `--set views.motion_decay=0.4` sets one field. Unknown names fail.
+
+use serde::{Deserialize, Serialize};
+
+/// Which sensors the planner and the map may use.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sensors {
+    /// LiDAR on the base and RGB-D camera on the end effector.
+    #[default]
+    Both,
+    /// RGB-D camera alone (the paper's ablation without LiDAR).
+    Camera,
+}
+
+/// What planning costs on the simulated clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanningTime {
+    /// Operations times calibrated constants: the same on every machine.
+    #[default]
+    Counted,
+    /// Wall time of this machine.
+    Measured,
+}
+
+/// All settings of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Which sensors are used.
+    pub sensors: Sensors,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Overrides the scene's time limit, s.
+    pub time_limit: Option<f64>,
+    /// What planning costs on the simulated clock.
+    pub planning_time: PlanningTime,
+    /// Sensing and mapping.
+    pub map: MapSettings,
+    /// Frontiers.
+    pub frontier: FrontierSettings,
+    /// Viewpoints.
+    pub views: ViewSettings,
+    /// The dual-stage decision.
+    pub decision: DecisionSettings,
+    /// Whole-body paths and control.
+    pub motion: MotionSettings,
+}
+
+/// Sensing and mapping. Defaults: HEATS table I and the sensors' data sheets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MapSettings {
+    /// Edge of a voxel, m; the scene's figure when absent (HEATS: 0.15, lab 0.1).
+    pub cell_size: Option<f64>,
+    /// Largest distance at which a voxel counts as inspected, m; the scene's `d_ins` when absent (HEATS: 4.0).
+    pub inspect_range: Option<f64>,
+    /// Height band of surfaces to inspect above the floor, m. Floor and ceiling are left out.
+    pub inspect_band: (f64, f64),
+    /// Probabilities of the sensor model: hit, miss, lower clamp, upper clamp, occupied above.
+    pub hit: f64,
+    /// See [`hit`](Self::hit).
+    pub miss: f64,
+    /// Standard deviation of range noise as a share of the range; 0 is a perfect sensor.
+    pub range_noise: f64,
+    /// Share of rays that return nothing by chance.
+    pub dropout: f64,
+    /// Truncation of the distance field, m.
+    pub truncation: f64,
+}
+
+impl Default for MapSettings {
+    fn default() -> Self {
+        Self {
+            cell_size: None,
+            inspect_range: None,
+            inspect_band: (0.0, 2.4),
+            hit: 0.70,
+            miss: 0.40,
+            range_noise: 0.0,
+            dropout: 0.0,
+            truncation: 1.0,
+        }
+    }
+}
+
+/// Frontier clusters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FrontierSettings {
+    /// Wanted voxels of an exploration cluster (K of k-means is at least n over this).
+    pub exploration_size: f64,
+    /// Wanted extent of an exploration cluster, m.
+    pub exploration_extent: f64,
+    /// Smallest exploration cluster, voxels.
+    pub min_exploration: usize,
+    /// Smallest inspection cluster, voxels.
+    pub min_inspection: usize,
+    /// Largest deviation of normals inside an inspection cluster, degrees.
+    pub normal_angle: f64,
+    /// Radius above which an inspection cluster is split, m.
+    pub inspection_radius: f64,
+    /// Height band of exploration frontiers, m.
+    pub exploration_band: (f64, f64),
+}
+
+impl Default for FrontierSettings {
+    fn default() -> Self {
+        Self {
+            exploration_size: 60.0,
+            exploration_extent: 2.0,
+            min_exploration: 10,
+            min_inspection: 3,
+            normal_angle: 30.0,
+            inspection_radius: 1.2,
+            exploration_band: (0.0, 2.4),
+        }
+    }
+}
+
+/// Viewpoint libraries and scores. Defaults: HEATS table I where it names them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ViewSettings {
+    /// Decay of the motion gain, 1/s (lambda_m, eq. 3).
+    pub motion_decay: f64,
+    /// Weight of exploration (lambda_e, eq. 4).
+    pub exploration_weight: f64,
+    /// Weight of inspection (lambda_i, eq. 4).
+    pub inspection_weight: f64,
+    /// Smallest information gain of a candidate.
+    pub threshold: f64,
+    /// Range at which LiDAR coverage of frontiers is counted, m.
+    pub lidar_range: f64,
+    /// Clearance that a viewpoint's spheres keep, m.
+    pub clearance: f64,
+}
+
+impl Default for ViewSettings {
+    fn default() -> Self {
+        Self {
+            motion_decay: 0.5,
+            exploration_weight: 0.2,
+            inspection_weight: 0.8,
+            threshold: 2.0,
+            lidar_range: 8.0,
+            clearance: 0.05,
+        }
+    }
+}
+
+/// The dual-stage decision and its replanning rules.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DecisionSettings {
+    /// Concavity above which a region is cut, m.
+    pub tau: f64,
+    /// Period of re-decisions while driving, s.
+    pub period: f64,
+    /// Share by which another target must be better to replace the current one.
+    pub hysteresis: f64,
+    /// Share of the target's gain that must be left to keep going there.
+    pub keep_share: f64,
+    /// Position tolerance of a reached viewpoint, m.
+    pub reached_position: f64,
+    /// Angle tolerance of a reached viewpoint, degrees.
+    pub reached_angle: f64,
+    /// Failures after which a place is given up.
+    pub strikes: u32,
+    /// First time a failed goal stays excluded, s; doubles with each failure.
+    pub exclusion: f64,
+}
+
+impl Default for DecisionSettings {
+    fn default() -> Self {
+        Self {
+            tau: 2.5,
+            period: 1.0,
+            hysteresis: 0.10,
+            keep_share: 0.5,
+            reached_position: 0.15,
+            reached_angle: 5.0,
+            strikes: 3,
+            exclusion: 10.0,
+        }
+    }
+}
+
+/// Whole-body paths, model predictive control, safety.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MotionSettings {
+    /// Acceleration limits: base m/s2, base rad/s2, joints rad/s2.
+    pub acceleration: (f64, f64, f64),
+    /// Share of the speed limits that reference paths use; the rest is the controller's.
+    pub reference_speed: f64,
+    /// Horizon of the controller, s (t_f, HEATS table I).
+    pub horizon: f64,
+    /// Knots of the horizon.
+    pub knots: usize,
+    /// Iterations per control step.
+    pub iterations: usize,
+    /// Control period, s.
+    pub control_period: f64,
+    /// Margin of the controller to the mapped surface, m.
+    pub margin: f64,
+    /// Margin below which a command is replaced, m; smaller than `margin`, or the robot freezes.
+    pub guard_margin: f64,
+    /// Clearance of the base footprint along base paths, m.
+    pub base_clearance: f64,
+    /// Barrier weight and relaxation of the controller (mu and delta, eq. 9).
+    pub barrier: (f64, f64),
+    /// Iterations of the arm planner.
+    pub arm_iterations: usize,
+}
+
+impl Default for MotionSettings {
+    fn default() -> Self {
+        Self {
+            acceleration: (0.8, 2.0, 2.0),
+            reference_speed: 0.9,
+            horizon: 3.0,
+            knots: 30,
+            iterations: 3,
+            control_period: 0.05,
+            margin: 0.06,
+            guard_margin: 0.02,
+            base_clearance: 0.06,
+            barrier: (1e-3, 3e-4),
+            arm_iterations: 2000,
+        }
+    }
+}
+
+/// What is wrong with a setting.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SettingsError {
+    /// The text is no TOML, or names an unknown field, or gives a wrong type.
+    #[error("settings: {0}")]
+    Parse(String),
+    /// `--set` without `=`.
+    #[error("--set {0}: write key=value, e.g. views.motion_decay=0.4")]
+    Assignment(String),
+    /// A value outside its range.
+    #[error("settings: {field} = {value} must be {wanted}")]
+    Range {
+        /// Dotted name of the field.
+        field: &'static str,
+        /// The value given.
+        value: f64,
+        /// What would be right.
+        wanted: &'static str,
+    },
+}
+
+impl Settings {
+    /// Reads a config file's text.
+    ///
+    /// # Errors
+    /// [`SettingsError::Parse`] for malformed text, unknown fields or wrong types.
+    pub fn from_toml(text: &str) -> Result<Self, SettingsError> {
+        toml::from_str(text).map_err(|e| SettingsError::Parse(e.to_string()))
+    }
+
+    /// The settings as TOML text that [`from_toml`](Self::from_toml) reads back.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).unwrap_or_default()
+    }
+
+    /// Applies `section.field=value` assignments in order.
+    ///
+    /// # Errors
+    /// [`SettingsError`] naming the assignment that is wrong.
+    pub fn with<'a>(
+        self,
+        assignments: impl IntoIterator<Item = &'a str>,
+    ) -> Result<Self, SettingsError> {
+        let mut tree: toml::Table =
+            toml::from_str(&self.to_toml()).map_err(|e| SettingsError::Parse(e.to_string()))?;
+        for assignment in assignments {
+            let (key, value) = assignment
+                .split_once('=')
+                .ok_or_else(|| SettingsError::Assignment(assignment.to_owned()))?;
+            let (key, value) = (key.trim(), value.trim());
+            // A bare word is a string, anything else is TOML.
+            let value: toml::Value = toml::from_str::<toml::Table>(&format!("v = {value}"))
+                .ok()
+                .and_then(|mut t| t.remove("v"))
+                .unwrap_or_else(|| toml::Value::String(value.to_owned()));
+            let mut table = &mut tree;
+            let mut parts = key.split('.').peekable();
+            while let Some(part) = parts.next() {
+                if parts.peek().is_none() {
+                    // Whole numbers stand for floats where the field is one.
+                    let value = match (table.get(part), value) {
+                        (Some(toml::Value::Float(_)), toml::Value::Integer(i)) => {
+                            toml::Value::Float(i as f64)
+                        }
+                        (_, value) => value,
+                    };
+                    table.insert(part.to_owned(), value);
+                    break;
+                }
+                table = table
+                    .entry(part)
+                    .or_insert_with(|| toml::Value::Table(toml::Table::new()))
+                    .as_table_mut()
+                    .ok_or_else(|| {
+                        SettingsError::Parse(format!("{key}: {part} is a value, not a section"))
+                    })?;
+            }
+        }
+        let text = toml::to_string(&tree).map_err(|e| SettingsError::Parse(e.to_string()))?;
+        Self::from_toml(&text)
+    }
+
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// [`SettingsError::Range`] for the first field outside its range.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        let check = |ok: bool, field, value, wanted| {
+            if ok { Ok(()) } else { Err(SettingsError::Range { field, value, wanted }) }
+        };
+        let positive = |field, value: f64| {
+            check(value > 0.0 && value.is_finite(), field, value, "positive and finite")
+        };
+        let not_negative = |field, value: f64| {
+            check(value >= 0.0 && value.is_finite(), field, value, "zero or more and finite")
+        };
+        let share = |field, value: f64| {
+            check((0.0..=1.0).contains(&value), field, value, "between 0 and 1")
+        };
+        let band = |field, (low, high): (f64, f64)| {
+            check(low < high, field, low, "below the upper end of its band")
+        };
+        if let Some(limit) = self.time_limit {
+            not_negative("time_limit", limit)?;
+        }
+        if let Some(size) = self.map.cell_size {
+            check((0.02..=1.0).contains(&size), "map.cell_size", size, "between 0.02 and 1 m")?;
+        }
+        if let Some(range) = self.map.inspect_range {
+            positive("map.inspect_range", range)?;
+        }
+        band("map.inspect_band", self.map.inspect_band)?;
+        share("map.hit", self.map.hit)?;
+        share("map.miss", self.map.miss)?;
+        check(self.map.miss < self.map.hit, "map.miss", self.map.miss, "below map.hit")?;
+        not_negative("map.range_noise", self.map.range_noise)?;
+        share("map.dropout", self.map.dropout)?;
+        positive("map.truncation", self.map.truncation)?;
+        positive("frontier.exploration_size", self.frontier.exploration_size)?;
+        positive("frontier.exploration_extent", self.frontier.exploration_extent)?;
+        positive("frontier.normal_angle", self.frontier.normal_angle)?;
+        positive("frontier.inspection_radius", self.frontier.inspection_radius)?;
+        band("frontier.exploration_band", self.frontier.exploration_band)?;
+        not_negative("views.motion_decay", self.views.motion_decay)?;
+        not_negative("views.exploration_weight", self.views.exploration_weight)?;
+        not_negative("views.inspection_weight", self.views.inspection_weight)?;
+        not_negative("views.threshold", self.views.threshold)?;
+        positive("views.lidar_range", self.views.lidar_range)?;
+        not_negative("views.clearance", self.views.clearance)?;
+        positive("decision.tau", self.decision.tau)?;
+        positive("decision.period", self.decision.period)?;
+        share("decision.hysteresis", self.decision.hysteresis)?;
+        share("decision.keep_share", self.decision.keep_share)?;
+        positive("decision.reached_position", self.decision.reached_position)?;
+        positive("decision.reached_angle", self.decision.reached_angle)?;
+        positive("decision.exclusion", self.decision.exclusion)?;
+        let (linear, angular, joint) = self.motion.acceleration;
+        positive("motion.acceleration[0]", linear)?;
+        positive("motion.acceleration[1]", angular)?;
+        positive("motion.acceleration[2]", joint)?;
+        check(
+            self.motion.reference_speed > 0.0 && self.motion.reference_speed <= 1.0,
+            "motion.reference_speed",
+            self.motion.reference_speed,
+            "above 0 and at most 1",
+        )?;
+        positive("motion.horizon", self.motion.horizon)?;
+        check(
+            (2..=400).contains(&self.motion.knots),
+            "motion.knots",
+            self.motion.knots as f64,
+            "between 2 and 400",
+        )?;
+        positive("motion.control_period", self.motion.control_period)?;
+        not_negative("motion.margin", self.motion.margin)?;
+        check(
+            self.motion.guard_margin < self.motion.margin,
+            "motion.guard_margin",
+            self.motion.guard_margin,
+            "below motion.margin, or the robot freezes",
+        )?;
+        not_negative("motion.base_clearance", self.motion.base_clearance)?;
+        positive("motion.barrier[0]", self.motion.barrier.0)?;
+        positive("motion.barrier[1]", self.motion.barrier.1)
+    }
+}

@@ -1,0 +1,53 @@
+//! What a run leaves behind: `result.json`, `topdown.svg`, the closing table.
+
+mod result;
+mod table;
+mod topdown;
+mod trace;
+
+pub use result::{Ended, GivenUp, Progress, RunResult, SCHEMA, StageMs, TargetFound, Wall};
+pub use table::closing_table;
+pub use topdown::{Ground, Mark, Outline, draw};
+pub use trace::{Coverage, MapLayer, Sample, Stop, Trace};
+
+use std::path::{Path, PathBuf};
+
+/// A file that could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {path}: {source}")]
+pub struct WriteError {
+    /// The file.
+    pub path: PathBuf,
+    /// Why.
+    pub source: std::io::Error,
+}
+
+/// Writes `result.json` and `topdown.svg` into `folder`, each under a temporary name first, so that a killed run
+/// leaves no half file. Returns the paths written.
+///
+/// # Errors
+/// [`WriteError`] naming the file that could not be written.
+pub fn write(
+    folder: &Path,
+    result: &RunResult,
+    ground: &Ground,
+    trace: &Trace,
+) -> Result<Vec<PathBuf>, WriteError> {
+    let fail = |path: &Path| {
+        let path = path.to_owned();
+        move |source| WriteError { path, source }
+    };
+    std::fs::create_dir_all(folder).map_err(fail(folder))?;
+    let json = serde_json::to_string_pretty(result)
+        .map_err(|e| fail(&folder.join("result.json"))(std::io::Error::other(e)))?;
+    let files = [("result.json", json + "\n"), ("topdown.svg", draw(ground, trace, result))];
+    let mut written = Vec::new();
+    for (name, text) in files {
+        let path = folder.join(name);
+        let partial = folder.join(format!(".{name}.partial"));
+        std::fs::write(&partial, text).map_err(fail(&partial))?;
+        std::fs::rename(&partial, &path).map_err(fail(&path))?;
+        written.push(path);
+    }
+    Ok(written)
+}
