@@ -1,5 +1,5 @@
 //! One named case for each thing that goes wrong.
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::unwrap_used)]
 
 use atsp::{
     CostMatrix, Decision, Error, FromFn, Params, Place, Problem, solve, solve_from, two_level,

@@ -1,5 +1,5 @@
 //! Properties that hold for any costs.
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::unwrap_used)]
 
 use atsp::{
     CostMatrix, CostModel, Decision, FromFn, Params, Place, Problem, solve, solve_from, two_level,

@@ -1,5 +1,5 @@
 //! The solver against exhaustive search, and against published optima.
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::unwrap_used)]
 
 use atsp::{CostMatrix, CostModel, Error, Params, Problem, solve};
 use proptest::prelude::*;
