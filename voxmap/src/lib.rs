@@ -1,1 +1,40 @@
-//! Log-odds voxel maps for robots: sensor integration, ray casts, distance fields, cost maps and regions
+//! Log-odds voxel maps for robots: sensor integration, ray casts, distance fields, cost maps and regions.
+//!
+//! ```
+//! use voxmap::{Config, Scan, SensorModel, State, VoxelMap};
+//!
+//! let mut map = VoxelMap::new(&Config {
+//!     cell_size: 0.5,
+//!     low: [0.0; 3],
+//!     high: [4.0, 1.0, 1.0],
+//!     sensor: SensorModel::default(),
+//! })?;
+//! // One ray along x that hits a wall at x = 2.6 m.
+//! map.insert(&Scan { origin: [0.25, 0.25, 0.25], hits: &[[2.6, 0.25, 0.25]], ..Scan::default() })?;
+//! assert_eq!(map.state([0, 0, 0]), State::Free);
+//! assert_eq!(map.state([5, 0, 0]), State::Occupied);
+//! assert_eq!(map.state([6, 0, 0]), State::Unknown);
+//! # Ok::<(), voxmap::Error>(())
+//! ```
+
+mod changes;
+mod costmap;
+mod error;
+mod esdf;
+mod geometry;
+mod insert;
+mod inspect;
+mod map;
+mod regions;
+mod traits;
+mod walk;
+
+pub use changes::Changes;
+pub use costmap::{CostMap, CostMapParams, Ground};
+pub use error::Error;
+pub use esdf::{Esdf, EsdfParams};
+pub use geometry::{Ball, Camera, Cell, CellBox, State};
+pub use insert::{Scan, ScanStats};
+pub use map::{Config, Counts, SensorModel, VoxelMap};
+pub use regions::{RegionParams, Regions};
+pub use walk::{Hit, UnknownPolicy};

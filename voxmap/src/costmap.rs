@@ -1,0 +1,299 @@
+//! The 2-D cost map of the base: columns of the voxel map, and exact clearance to what is not known free.
+
+use crate::error::Error;
+use crate::geometry::{CellBox, State};
+use crate::map::VoxelMap;
+use std::collections::VecDeque;
+
+/// Clearance is exact up to here and a lower bound beyond, m.
+const EXACT: f64 = 1.0;
+
+/// Which heights count.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CostMapParams {
+    /// A column with an occupied cell whose height range meets this band above the map's lower bound is an obstacle, m.
+    pub occupied_band: (f64, f64),
+    /// A column is free if all its cells that meet this band are known free, m.
+    pub free_band: (f64, f64),
+}
+
+impl Default for CostMapParams {
+    fn default() -> Self {
+        Self {
+            occupied_band: (0.0, 1.5),
+            free_band: (0.0, 0.6),
+        }
+    }
+}
+
+/// What is known of a ground cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ground {
+    /// Not wholly known in the free band, and no obstacle.
+    Unknown,
+    /// Known free.
+    Free,
+    /// Holds something occupied.
+    Obstacle,
+}
+
+/// A grid of ground cells with clearances.
+#[derive(Clone, Debug)]
+pub struct CostMap {
+    params: CostMapParams,
+    cell_size: f64,
+    low: [f64; 2],
+    size: [usize; 2],
+    ground: Vec<Ground>,
+    /// Steps of the king to the nearest blocked cell (not free, or outside), 0 for blocked ones, capped.
+    blocked_rings: Vec<u8>,
+    /// The same to the nearest obstacle.
+    obstacle_rings: Vec<u8>,
+    revision: u64,
+    free: usize,
+}
+
+impl CostMap {
+    /// Projects a voxel map.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a band that is empty or not finite.
+    pub fn project(map: &VoxelMap, params: &CostMapParams) -> Result<Self, Error> {
+        for (field, (low, high)) in [
+            ("occupied_band", params.occupied_band),
+            ("free_band", params.free_band),
+        ] {
+            if !(low.is_finite() && high.is_finite() && low < high) {
+                return Err(Error::Length {
+                    field,
+                    value: high - low,
+                });
+            }
+        }
+        let size = [map.size()[0], map.size()[1]];
+        let total = size[0] * size[1];
+        let mut grid = Self {
+            params: params.clone(),
+            cell_size: map.cell_size(),
+            low: [map.low()[0], map.low()[1]],
+            size,
+            ground: vec![Ground::Unknown; total],
+            blocked_rings: vec![0; total],
+            obstacle_rings: vec![0; total],
+            revision: 0,
+            free: 0,
+        };
+        grid.update(map, &[map.bounds()]);
+        Ok(grid)
+    }
+
+    /// Projects the columns of the changed boxes again. Equal to a whole projection.
+    pub fn update(&mut self, map: &VoxelMap, boxes: &[CellBox]) {
+        let layers = |(low, high): (f64, f64)| {
+            let h = self.cell_size;
+            let top = map.size()[2] as i32;
+            let from = ((low / h + 1e-9).floor() as i32).clamp(0, top);
+            let to = ((high / h - 1e-9).ceil() as i32).clamp(0, top);
+            from..to
+        };
+        let (occupied, free) = (
+            layers(self.params.occupied_band),
+            layers(self.params.free_band),
+        );
+        let mut changed = self.revision == 0;
+        for b in boxes {
+            for y in b.low[1].max(0)..b.high[1].min(self.size[1] as i32) {
+                for x in b.low[0].max(0)..b.high[0].min(self.size[0] as i32) {
+                    let ground = if occupied.clone().any(|z| map.is_occupied([x, y, z])) {
+                        Ground::Obstacle
+                    } else if free.clone().all(|z| map.state([x, y, z]) == State::Free) {
+                        Ground::Free
+                    } else {
+                        Ground::Unknown
+                    };
+                    let slot = &mut self.ground[y as usize * self.size[0] + x as usize];
+                    if *slot != ground {
+                        *slot = ground;
+                        changed = true;
+                    }
+                }
+            }
+        }
+        if changed {
+            self.revision += 1;
+            self.free = self.ground.iter().filter(|&&g| g == Ground::Free).count();
+            self.blocked_rings = rings(&self.ground, self.size, true, |g| g != Ground::Free);
+            self.obstacle_rings = rings(&self.ground, self.size, false, |g| g == Ground::Obstacle);
+        }
+    }
+
+    /// Edge of a cell, m.
+    pub fn cell_size(&self) -> f64 {
+        self.cell_size
+    }
+
+    /// Cells along x and y.
+    pub fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    /// Lower corner in the world frame, m.
+    pub fn low(&self) -> [f64; 2] {
+        self.low
+    }
+
+    /// Counts up whenever a cell changed.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Number of free cells.
+    pub fn free_count(&self) -> usize {
+        self.free
+    }
+
+    /// The cell that holds a point; also outside.
+    pub fn cell_at(&self, point: [f64; 2]) -> [i32; 2] {
+        [0, 1].map(|a| ((point[a] - self.low[a]) / self.cell_size).floor() as i32)
+    }
+
+    /// Centre of a cell, m.
+    pub fn center(&self, cell: [i32; 2]) -> [f64; 2] {
+        [0, 1].map(|a| self.low[a] + (f64::from(cell[a]) + 0.5) * self.cell_size)
+    }
+
+    /// What is known of a cell; unknown outside.
+    pub fn ground(&self, cell: [i32; 2]) -> Ground {
+        self.index(cell).map_or(Ground::Unknown, |i| self.ground[i])
+    }
+
+    fn index(&self, [x, y]: [i32; 2]) -> Option<usize> {
+        (x >= 0 && y >= 0 && (x as usize) < self.size[0] && (y as usize) < self.size[1])
+            .then(|| y as usize * self.size[0] + x as usize)
+    }
+
+    /// Distance from a point to the nearest cell square that is not known free, m; outside the map counts as such. Exact up
+    /// to 1 m and a lower bound beyond; negative inside such a square, minus the distance to its border.
+    pub fn clearance(&self, point: [f64; 2]) -> f64 {
+        self.distance(point, &self.blocked_rings, |g| g != Ground::Free, true)
+    }
+
+    /// The same to obstacles alone: unknown ground and the outside do not count.
+    pub fn obstacle_clearance(&self, point: [f64; 2]) -> f64 {
+        self.distance(
+            point,
+            &self.obstacle_rings,
+            |g| g == Ground::Obstacle,
+            false,
+        )
+    }
+
+    fn distance(
+        &self,
+        point: [f64; 2],
+        rings: &[u8],
+        blocks: impl Fn(Ground) -> bool,
+        outside: bool,
+    ) -> f64 {
+        if !point.iter().all(|v| v.is_finite()) {
+            return -self.cell_size;
+        }
+        let h = self.cell_size;
+        let at = self.cell_at(point);
+        let Some(index) = self.index(at) else {
+            return if outside { -self.cell_size } else { EXACT };
+        };
+        // All cells closer than this many king's steps are unblocked.
+        let ring = i32::from(rings[index]);
+        // Distance from the point to the border of its own cell, the nearest side.
+        let border = [0, 1].map(|a| {
+            let t = (point[a] - self.low[a]) / h - f64::from(at[a]);
+            t.min(1.0 - t) * h
+        });
+        if ring == 0 {
+            return -border[0].min(border[1]).max(0.0);
+        }
+        let at_least = f64::from(ring - 1) * h + border[0].min(border[1]);
+        if at_least >= EXACT {
+            return at_least;
+        }
+        // No blocked cell lies in the rings below; none beyond the diagonal can be nearer than one on this ring.
+        let last = (f64::from(ring + 1) * std::f64::consts::SQRT_2).ceil() as i32 + 1;
+        let mut best = f64::INFINITY;
+        for r in ring..=last {
+            if (f64::from(r) - 1.0) * h >= best {
+                break;
+            }
+            for (dx, dy) in ring_cells(r) {
+                let cell = [at[0] + dx, at[1] + dy];
+                let blocked = match self.index(cell) {
+                    Some(i) => blocks(self.ground[i]),
+                    None => outside,
+                };
+                if blocked {
+                    let gap = [0, 1].map(|a| {
+                        let low = self.low[a] + f64::from(cell[a]) * h;
+                        (low - point[a]).max(point[a] - low - h).max(0.0)
+                    });
+                    best = best.min(gap[0].hypot(gap[1]));
+                }
+            }
+        }
+        best.min(f64::from(last) * h)
+    }
+}
+
+/// The cells exactly `r` king's steps away.
+fn ring_cells(r: i32) -> impl Iterator<Item = (i32, i32)> {
+    (-r..=r)
+        .flat_map(move |d| [(d, -r), (d, r)])
+        .chain((1 - r..r).flat_map(move |d| [(-r, d), (r, d)]))
+}
+
+/// King's steps from every cell to the nearest one that `blocks`, by breadth-first search; capped at 250.
+fn rings(
+    ground: &[Ground],
+    size: [usize; 2],
+    outside: bool,
+    blocks: impl Fn(Ground) -> bool,
+) -> Vec<u8> {
+    const FAR: u8 = 250;
+    let [nx, ny] = size;
+    let mut steps = vec![FAR; ground.len()];
+    let mut queue = VecDeque::new();
+    for y in 0..ny {
+        for x in 0..nx {
+            let i = y * nx + x;
+            if blocks(ground[i]) {
+                steps[i] = 0;
+                queue.push_back(i);
+            }
+        }
+    }
+    if outside {
+        for y in 0..ny {
+            for x in 0..nx {
+                let edge = x.min(nx - 1 - x).min(y).min(ny - 1 - y) == 0;
+                let i = y * nx + x;
+                if edge && steps[i] == FAR {
+                    steps[i] = 1;
+                    queue.push_back(i);
+                }
+            }
+        }
+    }
+    while let Some(i) = queue.pop_front() {
+        let next = steps[i].saturating_add(1).min(FAR);
+        let (x, y) = (i % nx, i / nx);
+        for yy in y.saturating_sub(1)..(y + 2).min(ny) {
+            for xx in x.saturating_sub(1)..(x + 2).min(nx) {
+                let j = yy * nx + xx;
+                if steps[j] > next {
+                    steps[j] = next;
+                    queue.push_back(j);
+                }
+            }
+        }
+    }
+    steps
+}

@@ -1,0 +1,89 @@
+//! Cells, boxes of cells, balls and cameras: the plain types of the public interface.
+
+/// Index of a voxel: cell `c` covers `[low + c h, low + (c + 1) h)` on every axis.
+pub type Cell = [i32; 3];
+
+/// A half-open box of cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CellBox {
+    /// First cell inside.
+    pub low: Cell,
+    /// First cell beyond, on every axis.
+    pub high: Cell,
+}
+
+impl CellBox {
+    /// True if the box holds the cell.
+    pub fn contains(&self, cell: Cell) -> bool {
+        (0..3).all(|a| self.low[a] <= cell[a] && cell[a] < self.high[a])
+    }
+
+    /// The box grown by `by` cells on every side.
+    pub fn grown(&self, by: i32) -> Self {
+        Self {
+            low: self.low.map(|v| v - by),
+            high: self.high.map(|v| v + by),
+        }
+    }
+
+    /// True if both boxes share a cell.
+    pub fn meets(&self, other: &Self) -> bool {
+        (0..3).all(|a| self.low[a] < other.high[a] && other.low[a] < self.high[a])
+    }
+
+    /// Number of cells.
+    pub fn volume(&self) -> usize {
+        (0..3)
+            .map(|a| (self.high[a] - self.low[a]).max(0) as usize)
+            .product()
+    }
+}
+
+/// What is known of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// Never observed.
+    Unknown,
+    /// Observed, below the occupancy threshold.
+    Free,
+    /// Observed, at or above the occupancy threshold.
+    Occupied,
+}
+
+/// A ball in the world frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// Centre, m.
+    pub center: [f64; 3],
+    /// Radius, m.
+    pub radius: f64,
+}
+
+/// A pinhole camera: z forward, x right, y down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Rows of the rotation world-from-camera.
+    pub rotation: [[f64; 3]; 3],
+    /// Position in the world frame, m.
+    pub translation: [f64; 3],
+    /// Tangent of half the horizontal field of view.
+    pub tan_half_h: f64,
+    /// Tangent of half the vertical field of view.
+    pub tan_half_v: f64,
+}
+
+impl Camera {
+    /// True if the point lies inside the image and in front of the camera.
+    pub fn sees(&self, point: [f64; 3]) -> bool {
+        let d = [0, 1, 2].map(|a| point[a] - self.translation[a]);
+        let along = |axis: usize| {
+            (0..3)
+                .map(|row| self.rotation[row][axis] * d[row])
+                .sum::<f64>()
+        };
+        let depth = along(2);
+        depth > 0.0
+            && along(0).abs() <= depth * self.tan_half_h
+            && along(1).abs() <= depth * self.tan_half_v
+    }
+}
