@@ -1,1 +1,35 @@
-//! Exploration and inspection frontiers of voxel maps, clustered and kept up to date incrementally
+//! Exploration and inspection frontiers of voxel maps, clustered and kept up to date incrementally.
+//!
+//! Exploration frontiers are free cells next to unknown ones, inspection frontiers are occupied cells next to free ones that
+//! were not inspected (HEATS sect. IV-A, 6-neighbourhood). [`Frontiers`] keeps clusters of both as a map changes: only what a
+//! changed box touches is looked at again, untouched clusters keep their ids, and the set of cells always equals that of a
+//! search from scratch. Clusters below the minimum size are kept and marked [`small`](Cluster::small), never lost.
+//!
+//! ```
+//! use frontier::{exploration, grid::Grid};
+//!
+//! // One row: free, free, never seen, wall.
+//! let map = Grid::parse("..?#");
+//! assert_eq!(exploration(&map), [[1, 0, 0]]);
+//! ```
+
+mod cluster;
+pub mod conformance;
+mod detect;
+pub mod grid;
+mod map;
+mod params;
+mod split;
+mod update;
+
+pub use cluster::{Cluster, Kind};
+pub use detect::{exploration, inspection};
+pub use map::Map;
+pub use params::{Error, Params};
+pub use update::{Frontiers, Update};
+
+/// Index of a voxel.
+pub type Cell = [i32; 3];
+
+/// A half-open box of cells: first cell inside, first cell beyond on every axis.
+pub type CellBox = (Cell, Cell);

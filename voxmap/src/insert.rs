@@ -276,7 +276,9 @@ impl VoxelMap {
             if changed != 0 {
                 self.free[word] = free;
                 self.occupied[word] = occupied;
-                self.inspected[word] &= occupied;
+                for plane in &mut self.seen {
+                    plane[word] &= occupied;
+                }
                 while changed != 0 {
                     let cell = self.cell_of(word * 64 + changed.trailing_zeros() as usize);
                     self.dirty.state(cell);

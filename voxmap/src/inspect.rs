@@ -1,38 +1,34 @@
-//! The inspected layer: which cells of the surface the camera has seen well enough (HEATS sect. IV-A).
+//! The inspected layer: which faces of the surface the camera has seen well enough (HEATS sect. IV-A).
+//!
+//! A cell is inspected when every face that is open to free space is. The published rule inspects all faces at one sight;
+//! with a limit on incidence each face must be seen from its own side, so that a table top seen from above is not inspected
+//! from below.
 
 use crate::geometry::{Camera, Cell};
-use crate::map::VoxelMap;
+use crate::map::{FACES, VoxelMap};
 
 impl VoxelMap {
-    /// Marks what the camera inspects: occupied cells whose centre is inside the image, nearer than `range` m, with no other
-    /// occupied cell on the line from the camera to the centre (unknown does not block). Returns how many are new.
+    /// Marks what the camera inspects: occupied cells open to free space whose centre is inside the image, nearer than `range`
+    /// m, with no other occupied cell on the line from the camera to the centre (unknown does not block). One sight inspects
+    /// all of a cell's faces. Returns how many cells gained a face.
     ///
     /// A cell that stops being occupied stops being inspected.
     pub fn mark_inspected(&mut self, camera: &Camera, range: f64) -> usize {
-        self.mark(camera, range, |_, _| true)
+        self.mark(camera, range, None)
     }
 
-    /// As [`mark_inspected`](Self::mark_inspected), but a cell counts only if the camera looks at it from outside at no more
-    /// than `max_incidence` rad to the normal of its surface: one of its faces towards a free cell, or the mean of those
-    /// where it has several, since slanted surfaces are staircases of such cells.
+    /// As [`mark_inspected`](Self::mark_inspected), but only the faces that
+    /// [`faces_towards`](Self::faces_towards) the camera at no more than `max_incidence` rad are inspected.
     pub fn mark_inspected_within(
         &mut self,
         camera: &Camera,
         range: f64,
         max_incidence: f64,
     ) -> usize {
-        let eye = camera.translation;
-        self.mark(camera, range, |map, cell| {
-            map.faces(cell, eye, max_incidence)
-        })
+        self.mark(camera, range, Some(max_incidence))
     }
 
-    fn mark(
-        &mut self,
-        camera: &Camera,
-        range: f64,
-        accepts: impl Fn(&Self, Cell) -> bool,
-    ) -> usize {
+    fn mark(&mut self, camera: &Camera, range: f64, max_incidence: Option<f64>) -> usize {
         let eye = camera.translation;
         let finite = camera
             .rotation
@@ -46,60 +42,72 @@ impl VoxelMap {
         let (low, high) = camera_box(camera, range);
         let first = self.clamped(self.cell_at(low));
         let last = self.clamped(self.cell_at(high));
-        let mut marks: Vec<Cell> = Vec::new();
+        let mut marks: Vec<(Cell, u8)> = Vec::new();
         for z in first[2]..=last[2] {
             for y in first[1]..=last[1] {
                 for w in first[0] as usize / 64..=last[0] as usize / 64 {
-                    let word = self.word(w, y as usize, z as usize);
-                    let mut open = self.occupied[word] & !self.inspected[word];
+                    let mut open = self.open_word(w, y as usize, z as usize);
                     while open != 0 {
                         let x = (w * 64) as i32 + open.trailing_zeros() as i32;
                         open &= open - 1;
                         let cell = [x, y, z];
                         let center = self.center(cell);
                         let square: f64 = (0..3).map(|a| (center[a] - eye[a]).powi(2)).sum();
-                        if square < range * range
-                            && camera.sees(center)
-                            && accepts(self, cell)
-                            && self.line_of_sight(eye, cell, u32::MAX)
-                        {
-                            marks.push(cell);
+                        if square >= range * range || !camera.sees(center) {
+                            continue;
+                        }
+                        let mut faces = self.open_faces(cell);
+                        if let Some(limit) = max_incidence {
+                            faces &= self.faces_towards(cell, eye, limit);
+                        }
+                        if faces != 0 && self.line_of_sight(eye, cell, u32::MAX) {
+                            marks.push((cell, faces));
                         }
                     }
                 }
             }
         }
-        for &cell in &marks {
+        for &(cell, faces) in &marks {
             let address = self.address(cell);
-            self.inspected[address >> 6] |= 1 << (address & 63);
+            for (face, plane) in self.seen.iter_mut().enumerate() {
+                plane[address >> 6] |= u64::from(faces >> face & 1) << (address & 63);
+            }
             self.dirty.inspected(cell);
         }
         marks.len()
     }
 
-    /// True if an eye looks at an exposed face of the cell from outside, at no more than `max_incidence` to its normal.
-    fn faces(&self, cell: Cell, eye: [f64; 3], max_incidence: f64) -> bool {
+    /// The exposed faces of an occupied cell that an eye looks at from outside, at no more than `max_incidence` rad to the
+    /// surface's normal; bits as [`exposed_faces`](Self::exposed_faces).
+    ///
+    /// The normal is the face's own. Where a cell has several exposed faces around an edge, their mean serves as well, since a
+    /// slanted surface is a staircase of such cells.
+    pub fn faces_towards(&self, cell: Cell, eye: [f64; 3], max_incidence: f64) -> u8 {
         let center = self.center(cell);
+        let exposed = self.exposed_faces(cell);
         let way = [0, 1, 2].map(|a| eye[a] - center[a]);
         let length = way.iter().map(|v| v * v).sum::<f64>().sqrt();
         let needed = length * max_incidence.cos();
-        let (mut mean, mut outside, mut by_face) = ([0.0; 3], false, false);
-        for a in 0..3 {
-            for side in [-1, 1] {
-                let mut beside = cell;
-                beside[a] += side;
-                if self.is_free(beside) {
-                    mean[a] += f64::from(side);
-                    let along = f64::from(side) * way[a];
-                    // On the outer side of the face's plane, half a cell from the centre.
-                    outside |= along > 0.5 * self.cell_size;
-                    by_face |= along > 0.5 * self.cell_size && along >= needed;
+        let mut mean = [0.0; 3];
+        for (face, offset) in FACES.iter().enumerate() {
+            if exposed >> face & 1 != 0 {
+                for a in 0..3 {
+                    mean[a] += f64::from(offset[a]);
                 }
             }
         }
         let norm = mean.iter().map(|v: &f64| v * v).sum::<f64>().sqrt();
-        let along_mean: f64 = (0..3).map(|a| mean[a] * way[a]).sum();
-        by_face || (outside && norm > 0.0 && along_mean >= needed * norm)
+        let by_mean = norm > 0.0 && (0..3).map(|a| mean[a] * way[a]).sum::<f64>() >= needed * norm;
+        let mut faces = 0;
+        for (face, offset) in FACES.iter().enumerate() {
+            let along: f64 = (0..3).map(|a| f64::from(offset[a]) * way[a]).sum();
+            // On the outer side of the face's plane, half a cell from the centre.
+            let outside = along > 0.5 * self.cell_size;
+            if exposed >> face & 1 != 0 && outside && (along >= needed || by_mean) {
+                faces |= 1 << face;
+            }
+        }
+        faces
     }
 }
 

@@ -131,7 +131,7 @@ pub struct Counts {
     pub free: usize,
     /// Occupied.
     pub occupied: usize,
-    /// Occupied and inspected.
+    /// Occupied, open to free space, and inspected on every open face.
     pub inspected: usize,
 }
 
@@ -150,8 +150,8 @@ pub struct VoxelMap {
     pub(crate) log: Vec<i8>,
     pub(crate) free: Vec<u64>,
     pub(crate) occupied: Vec<u64>,
-    /// Inspected cells, a subset of the occupied ones.
-    pub(crate) inspected: Vec<u64>,
+    /// Inspected faces of occupied cells, in the order of [`FACES`].
+    pub(crate) seen: [Vec<u64>; 6],
     pub(crate) dirty: Dirty,
     pub(crate) scan: crate::insert::Window,
 }
@@ -195,7 +195,7 @@ impl VoxelMap {
             log: vec![0; total * 64],
             free: vec![0; total],
             occupied: vec![0; total],
-            inspected: vec![0; total],
+            seen: std::array::from_fn(|_| vec![0; total]),
             dirty: Dirty::new(size),
             scan: crate::insert::Window::new(total),
         })
@@ -299,22 +299,99 @@ impl VoxelMap {
         (self.free[a >> 6] | self.occupied[a >> 6]) >> (a & 63) & 1 != 0
     }
 
-    /// True for an occupied cell that a camera inspected since it became occupied.
-    #[inline]
+    /// True for an occupied cell that is open to free space and of which every open face was inspected since it became
+    /// occupied.
     pub fn is_inspected(&self, cell: Cell) -> bool {
-        self.contains(cell) && Self::bit(&self.inspected, self.address(cell))
+        self.is_occupied(cell) && self.exposed_faces(cell) != 0 && self.open_faces(cell) == 0
+    }
+
+    /// The faces of an occupied cell that are open to a free cell, inspected or not, as bits in the order -x, +x, -y, +y,
+    /// -z, +z; 0 for cells that are not occupied.
+    pub fn exposed_faces(&self, cell: Cell) -> u8 {
+        if !self.is_occupied(cell) {
+            return 0;
+        }
+        let mut faces = 0;
+        for (face, offset) in FACES.iter().enumerate() {
+            if self.is_free([0, 1, 2].map(|a| cell[a] + offset[a])) {
+                faces |= 1 << face;
+            }
+        }
+        faces
+    }
+
+    /// The faces of an occupied cell that are open to a free cell and not inspected; bits as
+    /// [`exposed_faces`](Self::exposed_faces).
+    pub fn open_faces(&self, cell: Cell) -> u8 {
+        let mut faces = self.exposed_faces(cell);
+        if faces != 0 {
+            let address = self.address(cell);
+            for (face, plane) in self.seen.iter().enumerate() {
+                if Self::bit(plane, address) {
+                    faces &= !(1 << face);
+                }
+            }
+        }
+        faces
     }
 
     /// Number of cells in each state.
     pub fn counts(&self) -> Counts {
         let ones = |plane: &[u64]| plane.iter().map(|w| w.count_ones() as usize).sum::<usize>();
         let (free, occupied) = (ones(&self.free), ones(&self.occupied));
+        let mut inspected = 0;
+        for z in 0..self.size[2] {
+            for y in 0..self.size[1] {
+                for w in 0..self.words {
+                    let surface = self.occupied[self.word(w, y, z)];
+                    if surface != 0 {
+                        let exposed = (0..6).fold(0, |all, f| all | self.free_beside(w, y, z, f));
+                        inspected +=
+                            (surface & exposed & !self.open_word(w, y, z)).count_ones() as usize;
+                    }
+                }
+            }
+        }
         Counts {
             known: free + occupied,
             free,
             occupied,
-            inspected: ones(&self.inspected),
+            inspected,
         }
+    }
+
+    /// Bit x of word `w` of row (y, z) is set where the neighbour across `face` is free.
+    pub(crate) fn free_beside(&self, w: usize, y: usize, z: usize, face: usize) -> u64 {
+        let word = self.word(w, y, z);
+        let (plane, layer) = (&self.free, self.words * self.size[1]);
+        match face {
+            0 => plane[word] << 1 | if w > 0 { plane[word - 1] >> 63 } else { 0 },
+            1 => {
+                plane[word] >> 1
+                    | if w + 1 < self.words {
+                        plane[word + 1] << 63
+                    } else {
+                        0
+                    }
+            }
+            2 if y > 0 => plane[word - self.words],
+            3 if y + 1 < self.size[1] => plane[word + self.words],
+            4 if z > 0 => plane[word - layer],
+            5 if z + 1 < self.size[2] => plane[word + layer],
+            _ => 0,
+        }
+    }
+
+    /// Occupied cells of word `w` of row (y, z) with a face that is open to free space and not inspected.
+    pub(crate) fn open_word(&self, w: usize, y: usize, z: usize) -> u64 {
+        let word = self.word(w, y, z);
+        let occupied = self.occupied[word];
+        if occupied == 0 {
+            return 0;
+        }
+        (0..6).fold(0, |open, f| {
+            open | (self.free_beside(w, y, z, f) & !self.seen[f][word])
+        }) & occupied
     }
 
     /// Index of word `w` of row (y, z).
@@ -344,7 +421,9 @@ impl VoxelMap {
             State::Occupied => self.occupied[word] |= bit,
         }
         if state != State::Occupied {
-            self.inspected[word] &= !bit;
+            for plane in &mut self.seen {
+                plane[word] &= !bit;
+            }
         }
         if (was_free, was_occupied) != (self.free[word] & bit, self.occupied[word] & bit) {
             self.dirty.state(cell);
@@ -445,3 +524,13 @@ impl VoxelMap {
         true
     }
 }
+
+/// Offset of the neighbour across each face.
+pub(crate) const FACES: [Cell; 6] = [
+    [-1, 0, 0],
+    [1, 0, 0],
+    [0, -1, 0],
+    [0, 1, 0],
+    [0, 0, -1],
+    [0, 0, 1],
+];

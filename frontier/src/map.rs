@@ -1,0 +1,88 @@
+//! What frontier extraction must know about a voxel map.
+
+use crate::Cell;
+
+/// The six neighbours across a face.
+pub(crate) const FACES: [Cell; 6] = [
+    [-1, 0, 0],
+    [1, 0, 0],
+    [0, -1, 0],
+    [0, 1, 0],
+    [0, 0, -1],
+    [0, 0, 1],
+];
+
+/// A voxel map as this crate sees it.
+///
+/// Laws: no cell is both free and occupied; a cell outside [`bounds`](Self::bounds) is neither; the word methods agree with
+/// the single-cell ones. [`conformance::check`](crate::conformance::check) tests them for your type.
+pub trait Map {
+    /// Half-open box `[low, high)` of the task volume. Cells outside are no frontier and make none.
+    fn bounds(&self) -> (Cell, Cell);
+    /// Observed, and below the occupancy threshold.
+    fn is_free(&self, cell: Cell) -> bool;
+    /// Observed, and at or above the occupancy threshold.
+    fn is_occupied(&self, cell: Cell) -> bool;
+    /// Occupied, and seen well enough that nothing of it is left to inspect.
+    fn is_inspected(&self, _cell: Cell) -> bool {
+        false
+    }
+    /// Exploration frontier cells among the 64 cells from `first` along x, as bits: free with an unknown neighbour inside
+    /// the bounds. A map with bit planes overrides this.
+    fn exploration_word(&self, first: Cell) -> u64 {
+        word(first, self.bounds(), |cell| {
+            self.is_free(cell)
+                && neighbours(cell)
+                    .any(|n| inside(n, self.bounds()) && !self.is_free(n) && !self.is_occupied(n))
+        })
+    }
+    /// Inspection frontier cells among the 64 cells from `first` along x, as bits: occupied, not inspected, with a free
+    /// neighbour.
+    fn inspection_word(&self, first: Cell) -> u64 {
+        word(first, self.bounds(), |cell| {
+            self.is_occupied(cell)
+                && !self.is_inspected(cell)
+                && neighbours(cell).any(|n| self.is_free(n))
+        })
+    }
+}
+
+impl<M: Map + ?Sized> Map for &M {
+    fn bounds(&self) -> (Cell, Cell) {
+        (**self).bounds()
+    }
+    fn is_free(&self, cell: Cell) -> bool {
+        (**self).is_free(cell)
+    }
+    fn is_occupied(&self, cell: Cell) -> bool {
+        (**self).is_occupied(cell)
+    }
+    fn is_inspected(&self, cell: Cell) -> bool {
+        (**self).is_inspected(cell)
+    }
+    fn exploration_word(&self, first: Cell) -> u64 {
+        (**self).exploration_word(first)
+    }
+    fn inspection_word(&self, first: Cell) -> u64 {
+        (**self).inspection_word(first)
+    }
+}
+
+pub(crate) fn neighbours(cell: Cell) -> impl Iterator<Item = Cell> {
+    FACES
+        .iter()
+        .map(move |f| [cell[0] + f[0], cell[1] + f[1], cell[2] + f[2]])
+}
+
+pub(crate) fn inside(cell: Cell, (low, high): (Cell, Cell)) -> bool {
+    (0..3).all(|a| low[a] <= cell[a] && cell[a] < high[a])
+}
+
+fn word(first: Cell, bounds: (Cell, Cell), is: impl Fn(Cell) -> bool) -> u64 {
+    (0..64)
+        .filter(|&i| {
+            let cell = [first[0] + i, first[1], first[2]];
+            inside(cell, bounds) && is(cell)
+        })
+        .fold(0, |bits, i| bits | 1 << i)
+}
