@@ -1,0 +1,210 @@
+//! What a pose would see: HEATS eq. 4.
+
+use crate::map::Cell;
+use crate::params::Params;
+use crate::world::{Eye, World};
+use crate::{Frustum, Lidar, Pose};
+
+/// Information gain of a view (HEATS eq. 4).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gain {
+    /// Exploration frontier voxels seen by the LiDAR or the depth camera: the size of the union.
+    pub exploration: u32,
+    /// Inspection frontier voxels seen by the colour camera.
+    pub inspection: u32,
+    /// G_info: the two counts, weighted.
+    pub info: f64,
+}
+
+/// The frontier voxels a view would see.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Seen {
+    /// Exploration frontier voxels seen by the LiDAR or the depth camera, in the order of columns.
+    pub exploration: Vec<Cell>,
+    /// Inspection frontier voxels seen by the colour camera, in the order of columns.
+    pub inspection: Vec<Cell>,
+}
+
+/// Cells seen: index of a word and its bits, by ascending index.
+pub(crate) type Words = Vec<(u32, u64)>;
+
+/// The sensors, with what is the same for all poses worked out.
+#[derive(Clone, Debug)]
+pub(crate) struct Sensors {
+    pub(crate) lidar: Option<Lidar>,
+    pub(crate) depth: Frustum,
+    pub(crate) rgb: Frustum,
+    pub(crate) allowance: u32,
+    exploration_weight: f64,
+    inspection_weight: f64,
+}
+
+impl Sensors {
+    pub(crate) fn new(params: &Params) -> Self {
+        Self {
+            lidar: params.lidar,
+            depth: params.depth,
+            rgb: params.rgb,
+            allowance: params.unknown_allowance,
+            exploration_weight: params.exploration_weight,
+            inspection_weight: params.inspection_weight,
+        }
+    }
+
+    /// Eq. 4 on counts.
+    pub(crate) fn info(&self, exploration: u32, inspection: u32) -> f64 {
+        self.exploration_weight * f64::from(exploration)
+            + self.inspection_weight * f64::from(inspection)
+    }
+
+    pub(crate) fn gain(&self, exploration: u32, inspection: u32) -> Gain {
+        Gain {
+            exploration,
+            inspection,
+            info: self.info(exploration, inspection),
+        }
+    }
+
+    /// Columns around what the LiDAR reaches from a base pose.
+    pub(crate) fn lidar_rectangle(&self, world: &World, base: [f64; 3]) -> Option<[i32; 4]> {
+        let lidar = self.lidar.as_ref()?;
+        let (e, r) = (lidar.eye(base), lidar.range);
+        world.rectangle([e[0] - r, e[1] - r], [e[0] + r, e[1] + r])
+    }
+
+    /// Columns around what the cameras reach.
+    pub(crate) fn camera_rectangle(&self, world: &World, camera: &Pose) -> Option<[i32; 4]> {
+        let (a, b) = self.depth.bounds(camera);
+        let (c, d) = self.rgb.bounds(camera);
+        world.rectangle(
+            [a[0].min(c[0]), a[1].min(c[1])],
+            [b[0].max(d[0]), b[1].max(d[1])],
+        )
+    }
+
+    /// B_e^lidar: exploration cells in sight of the LiDAR.
+    pub(crate) fn lidar_sees(&self, world: &World, base: [f64; 3]) -> Words {
+        let mut seen = Vec::new();
+        let (Some(lidar), Some(rectangle)) = (&self.lidar, self.lidar_rectangle(world, base))
+        else {
+            return seen;
+        };
+        let eye = world.eye(lidar.eye(base));
+        let shape = lidar.shape();
+        let h = world.cell_size;
+        each_word(world, rectangle, |word| {
+            let all = world.exploration[word];
+            if all == 0 {
+                return;
+            }
+            let d = offset(world, word, &eye);
+            let mask = keep(all, |n| shape.covers([d[0], d[1], d[2] + h * f64::from(n)]));
+            if mask == 0 {
+                return;
+            }
+            let mask = world.visible(&eye, word, mask, self.allowance);
+            if mask != 0 {
+                seen.push((word as u32, mask));
+            }
+        });
+        seen
+    }
+
+    /// Calls `visit(word, exploration, inspection)` with the cells in sight of the depth and the
+    /// colour camera; exploration cells in `known` are left out (and not looked for).
+    pub(crate) fn camera_sees(
+        &self,
+        world: &World,
+        camera: &Pose,
+        known: &[(u32, u64)],
+        mut visit: impl FnMut(usize, u64, u64),
+    ) {
+        let Some(rectangle) = self.camera_rectangle(world, camera) else {
+            return;
+        };
+        let eye = world.eye(camera.translation);
+        let h = world.cell_size;
+        let up = camera.rotation[2].map(|v| v * h);
+        each_word(world, rectangle, |word| {
+            let (mut e, mut i) = (world.exploration[word], world.inspection[word]);
+            if e | i == 0 {
+                return;
+            }
+            if e != 0 {
+                e &= !mask_of(known, word);
+            }
+            let p = camera.to_camera(world.center(world.cell(word)));
+            let at = |n: u32| [0, 1, 2].map(|a| p[a] + f64::from(n) * up[a]);
+            e = keep(e, |n| self.depth.covers(at(n)));
+            i = keep(i, |n| self.rgb.covers(at(n)));
+            if e | i == 0 {
+                return;
+            }
+            let mask = world.visible(&eye, word, e | i, self.allowance);
+            if mask != 0 {
+                visit(word, e & mask, i & mask);
+            }
+        });
+    }
+
+    /// True if the cameras see one cell of their kind.
+    pub(crate) fn camera_sees_cell(
+        &self,
+        world: &World,
+        camera: &Pose,
+        eye: &Eye,
+        c: Cell,
+        inspection: bool,
+    ) -> bool {
+        let frustum = if inspection { &self.rgb } else { &self.depth };
+        let Some((word, bit)) = world.index(c) else {
+            return false;
+        };
+        frustum.covers(camera.to_camera(world.center(c)))
+            && world.visible(eye, word, 1 << bit, self.allowance) != 0
+    }
+}
+
+/// The bits of `mask` that pass a test.
+#[inline]
+fn keep(mask: u64, test: impl Fn(u32) -> bool) -> u64 {
+    let (mut rest, mut kept) = (mask, 0);
+    while rest != 0 {
+        let bit = rest.trailing_zeros();
+        rest &= rest - 1;
+        kept |= u64::from(test(bit)) << bit;
+    }
+    kept
+}
+
+/// Bits of a word in a list ordered by index.
+#[inline]
+pub(crate) fn mask_of(words: &[(u32, u64)], word: usize) -> u64 {
+    words
+        .binary_search_by_key(&(word as u32), |w| w.0)
+        .map_or(0, |n| words[n].1)
+}
+
+/// Number of cells in a list of words.
+pub(crate) fn count(words: &[(u32, u64)]) -> u32 {
+    words.iter().map(|w| w.1.count_ones()).sum()
+}
+
+/// From the eye to the centre of bit 0 of a word, m.
+fn offset(world: &World, word: usize, eye: &Eye) -> [f64; 3] {
+    let c = world.center(world.cell(word));
+    [0, 1, 2].map(|a| c[a] - eye.world[a])
+}
+
+/// Calls `visit` with the words of a rectangle of columns, ascending.
+#[inline]
+fn each_word(world: &World, [x0, y0, x1, y1]: [i32; 4], mut visit: impl FnMut(usize)) {
+    let w = world.words;
+    for y in y0..=y1 {
+        let row = (y - world.low[1]) as usize * world.size[0];
+        let (a, b) = ((x0 - world.low[0]) as usize, (x1 - world.low[0]) as usize);
+        for word in (row + a) * w..(row + b + 1) * w {
+            visit(word);
+        }
+    }
+}

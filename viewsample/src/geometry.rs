@@ -1,0 +1,236 @@
+//! Poses and the volumes sensors cover.
+
+use crate::Error;
+
+/// A camera pose: the optical frame (z forward, x right, y down) in another frame, which the
+/// holder names (`world_from_camera`, `base_from_camera`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Rows of the rotation matrix; `rotation[i][j]` is row `i`, column `j`.
+    pub rotation: [[f64; 3]; 3],
+    /// Position of the optical centre, m.
+    pub translation: [f64; 3],
+}
+
+impl Pose {
+    /// A camera without roll at `position` (m) that looks along `yaw` and `pitch` (rad, pitch up
+    /// positive).
+    pub fn looking(position: [f64; 3], yaw: f64, pitch: f64) -> Self {
+        let (sy, cy) = yaw.sin_cos();
+        let (sp, cp) = pitch.sin_cos();
+        // Columns: right, down, forward.
+        Self {
+            rotation: [
+                [sy, sp * cy, cp * cy],
+                [-cy, sp * sy, cp * sy],
+                [0.0, -cp, sp],
+            ],
+            translation: position,
+        }
+    }
+
+    /// `self` seen from the world when the frame it is given in stands at the planar pose
+    /// `base` = x, y, yaw (m, rad) on the floor: `world_from_base * base_from_camera`.
+    pub fn on(&self, base: [f64; 3]) -> Self {
+        let (s, c) = base[2].sin_cos();
+        let turn = |v: [f64; 3]| [c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]];
+        let r = &self.rotation;
+        let columns = [0, 1, 2].map(|j| turn([r[0][j], r[1][j], r[2][j]]));
+        let t = turn(self.translation);
+        Self {
+            rotation: [0, 1, 2].map(|i| [columns[0][i], columns[1][i], columns[2][i]]),
+            translation: [t[0] + base[0], t[1] + base[1], t[2]],
+        }
+    }
+
+    /// A point of the outer frame in the camera frame, m.
+    #[inline]
+    pub fn to_camera(&self, point: [f64; 3]) -> [f64; 3] {
+        let t = self.translation;
+        let d = [point[0] - t[0], point[1] - t[1], point[2] - t[2]];
+        let r = &self.rotation;
+        [0, 1, 2].map(|j| r[0][j] * d[0] + r[1][j] * d[1] + r[2][j] * d[2])
+    }
+
+    /// Unit vector of the optical axis in the outer frame.
+    pub fn forward(&self) -> [f64; 3] {
+        [
+            self.rotation[0][2],
+            self.rotation[1][2],
+            self.rotation[2][2],
+        ]
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        self.rotation
+            .iter()
+            .flatten()
+            .chain(&self.translation)
+            .all(|v| v.is_finite())
+    }
+}
+
+/// What a pinhole camera covers: a pyramid around the optical axis, cut at a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frustum {
+    /// Tangent of half the horizontal field of view.
+    pub tan_half_h: f64,
+    /// Tangent of half the vertical field of view.
+    pub tan_half_v: f64,
+    /// Least depth along the optical axis, m.
+    pub near: f64,
+    /// Largest distance from the optical centre, m.
+    pub far: f64,
+}
+
+impl Frustum {
+    /// From the full opening angles in degrees, as data sheets print them.
+    pub fn degrees(horizontal: f64, vertical: f64, near: f64, far: f64) -> Self {
+        Self {
+            tan_half_h: (horizontal / 2.0).to_radians().tan(),
+            tan_half_v: (vertical / 2.0).to_radians().tan(),
+            near,
+            far,
+        }
+    }
+
+    /// True if a point of the camera frame (m) is inside.
+    #[inline]
+    pub fn covers(&self, p: [f64; 3]) -> bool {
+        p[2] >= self.near
+            && p[0].abs() <= self.tan_half_h * p[2]
+            && p[1].abs() <= self.tan_half_v * p[2]
+            && p[0] * p[0] + p[1] * p[1] + p[2] * p[2] <= self.far * self.far
+    }
+
+    /// Box around the frustum and its apex for the camera at `pose`: low and high corner, m.
+    pub fn bounds(&self, pose: &Pose) -> ([f64; 3], [f64; 3]) {
+        let (mut low, mut high) = (pose.translation, pose.translation);
+        for (sx, sy) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            let corner = [
+                sx * self.tan_half_h * self.far,
+                sy * self.tan_half_v * self.far,
+                self.far,
+            ];
+            for a in 0..3 {
+                let r = &pose.rotation[a];
+                let offset = r[0] * corner[0] + r[1] * corner[1] + r[2] * corner[2];
+                // The pyramid is cut by the ball of radius `far`.
+                let v = pose.translation[a] + offset.clamp(-self.far, self.far);
+                low[a] = low[a].min(v);
+                high[a] = high[a].max(v);
+            }
+        }
+        (low, high)
+    }
+
+    pub(crate) fn validate(&self, field: &'static str) -> Result<(), Error> {
+        for value in [self.tan_half_h, self.tan_half_v, self.far] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(Error::Param {
+                    field,
+                    value,
+                    range: "positive and finite",
+                });
+            }
+        }
+        if !(self.near >= 0.0 && self.near < self.far) {
+            return Err(Error::Param {
+                field,
+                value: self.near,
+                range: "a near distance in [0, far)",
+            });
+        }
+        Ok(())
+    }
+}
+
+/// What a spinning LiDAR with a vertical axis covers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lidar {
+    /// Position in the base frame, m.
+    pub offset: [f64; 3],
+    /// Lowest elevation, rad (down is negative).
+    pub low: f64,
+    /// Highest elevation, rad.
+    pub high: f64,
+    /// Largest distance, m.
+    pub range: f64,
+}
+
+impl Lidar {
+    /// Position in the world when the base stands at `base` = x, y, yaw.
+    pub fn eye(&self, base: [f64; 3]) -> [f64; 3] {
+        let (s, c) = base[2].sin_cos();
+        let o = self.offset;
+        [
+            base[0] + c * o[0] - s * o[1],
+            base[1] + s * o[0] + c * o[1],
+            o[2],
+        ]
+    }
+
+    /// True if a point at `d` from the sensor (m, world axes) is in range and elevation band.
+    #[inline]
+    pub fn covers(&self, d: [f64; 3]) -> bool {
+        self.shape().covers(d)
+    }
+
+    pub(crate) fn shape(&self) -> LidarShape {
+        LidarShape {
+            low: self.low.tan(),
+            high: self.high.tan(),
+            range2: self.range * self.range,
+        }
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), Error> {
+        if !(self.range > 0.0 && self.range.is_finite()) {
+            return Err(Error::Param {
+                field: "lidar.range",
+                value: self.range,
+                range: "positive and finite",
+            });
+        }
+        let right = std::f64::consts::FRAC_PI_2;
+        if !(self.low > -right && self.low < self.high) {
+            return Err(Error::Param {
+                field: "lidar.low",
+                value: self.low,
+                range: "in (-pi/2, high)",
+            });
+        }
+        if self.high.is_nan() || self.high >= right {
+            return Err(Error::Param {
+                field: "lidar.high",
+                value: self.high,
+                range: "below pi/2",
+            });
+        }
+        match self.offset.iter().find(|v| !v.is_finite()) {
+            Some(&value) => Err(Error::Param {
+                field: "lidar.offset",
+                value,
+                range: "finite",
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// [`Lidar`] with its tangents and square worked out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LidarShape {
+    low: f64,
+    high: f64,
+    range2: f64,
+}
+
+impl LidarShape {
+    #[inline]
+    pub(crate) fn covers(&self, d: [f64; 3]) -> bool {
+        let r2 = d[0] * d[0] + d[1] * d[1];
+        let r = r2.sqrt();
+        d[2] >= r * self.low && d[2] <= r * self.high && r2 + d[2] * d[2] <= self.range2
+    }
+}

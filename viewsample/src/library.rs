@@ -1,0 +1,562 @@
+//! The viewpoint state library of one cluster and the lazy search for its best view.
+
+use std::collections::BinaryHeap;
+
+use crate::gain::{self, Sensors, Words};
+use crate::map::Cell;
+use crate::params::Params;
+use crate::posture::Posture;
+use crate::robot::{CostModel, Robot};
+use crate::world::World;
+use crate::{Cluster, Effort, Gain, Kind, NoView, Pose, Viewpoint};
+
+/// What a check said, if it was made since the map near it changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Check {
+    Open,
+    Yes,
+    No,
+}
+
+#[derive(Clone, Debug)]
+struct Lidar {
+    words: Words,
+    count: u32,
+    /// Update since when the map in range differs.
+    stale_since: Option<u64>,
+}
+
+#[derive(Clone, Debug)]
+struct Base {
+    pose: [f64; 3],
+    free: Check,
+    lidar: Option<Lidar>,
+    /// Columns that can touch the body, and columns in reach of the LiDAR.
+    body: Option<[i32; 4]>,
+    around: Option<[i32; 4]>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    /// Columns in reach of the cameras.
+    around: Option<[i32; 4]>,
+    free: Check,
+    /// Exploration cells seen by the camera and not by the LiDAR, and inspection cells, if known.
+    seen: Option<(u32, u32)>,
+}
+
+/// A library: base poses on rings around the centroid, times the postures of the robot.
+#[derive(Clone, Debug)]
+pub(crate) struct Library {
+    id: u64,
+    kind: Kind,
+    pub(crate) cells: Vec<Cell>,
+    pub(crate) centroid: [f64; 3],
+    bases: Vec<Base>,
+    candidates: Vec<Candidate>,
+    postures: usize,
+}
+
+/// What the search for views needs besides the library.
+pub(crate) struct Context<'a, S, R: ?Sized, C: ?Sized> {
+    pub(crate) world: &'a World,
+    pub(crate) sensors: &'a Sensors,
+    pub(crate) params: &'a Params,
+    pub(crate) postures: &'a [Posture<S>],
+    pub(crate) robot: &'a R,
+    pub(crate) costs: &'a C,
+    pub(crate) from: (&'a [f64; 3], &'a S),
+    pub(crate) tick: u64,
+}
+
+/// A candidate in the queue: bound (or value) of ln G, index, seconds.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    key: f64,
+    index: u32,
+    seconds: f64,
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+impl Eq for Entry {}
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Entry {
+    /// Largest key first, ties to the lower index.
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.key
+            .total_cmp(&other.key)
+            .then(other.index.cmp(&self.index))
+    }
+}
+
+impl Library {
+    pub(crate) fn new<S>(
+        cluster: &Cluster<'_>,
+        world: &World,
+        sensors: &Sensors,
+        params: &Params,
+        postures: &[Posture<S>],
+    ) -> Self {
+        let mut library = Self {
+            id: cluster.id,
+            kind: cluster.kind,
+            cells: cluster.cells.to_vec(),
+            centroid: cluster.centroid,
+            bases: Vec::new(),
+            candidates: Vec::new(),
+            postures: postures.len(),
+        };
+        library.lay_out(world, sensors, params, postures);
+        library
+    }
+
+    /// Enumerates the candidates and forgets all that was known about them.
+    pub(crate) fn lay_out<S>(
+        &mut self,
+        world: &World,
+        sensors: &Sensors,
+        params: &Params,
+        postures: &[Posture<S>],
+    ) {
+        self.bases.clear();
+        self.candidates.clear();
+        for pose in base_poses(params, self.centroid) {
+            let (reach, [x, y, _]) = (params.body_reach, pose);
+            self.bases.push(Base {
+                pose,
+                free: Check::Open,
+                lidar: None,
+                body: world.rectangle([x - reach, y - reach], [x + reach, y + reach]),
+                around: sensors.lidar_rectangle(world, pose),
+            });
+            self.candidates
+                .extend(postures.iter().map(|posture| Candidate {
+                    around: sensors.camera_rectangle(world, &posture.camera.on(pose)),
+                    free: Check::Open,
+                    seen: None,
+                }));
+        }
+    }
+
+    pub(crate) fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    pub(crate) fn cluster(&self) -> Cluster<'_> {
+        Cluster {
+            id: self.id,
+            kind: self.kind,
+            cells: &self.cells,
+            centroid: self.centroid,
+        }
+    }
+
+    /// Replaces the cells when the cluster stays where it was.
+    pub(crate) fn replace_cells(&mut self, cluster: &Cluster<'_>) {
+        self.cells = cluster.cells.to_vec();
+        self.kind = cluster.kind;
+    }
+
+    /// Forgets what the last update may have changed.
+    pub(crate) fn invalidate(&mut self, world: &World, tick: u64) {
+        let touched = |r: Option<[i32; 4]>| {
+            r.is_some_and(|r| {
+                let [low, high] = corners(world, r);
+                world.dirty.touches(low, high)
+            })
+        };
+        for (base, candidates) in self
+            .bases
+            .iter_mut()
+            .zip(self.candidates.chunks_mut(self.postures))
+        {
+            let body = touched(base.body);
+            if body {
+                base.free = Check::Open;
+            }
+            if let Some(lidar) = &mut base.lidar
+                && touched(base.around)
+            {
+                lidar.stale_since.get_or_insert(tick);
+                // What is no frontier any more is never counted.
+                for (word, mask) in &mut lidar.words {
+                    *mask &= world.exploration[*word as usize];
+                }
+                lidar.count = gain::count(&lidar.words);
+            }
+            for c in candidates {
+                if body {
+                    c.free = Check::Open;
+                }
+                if c.seen.is_some() && touched(c.around) {
+                    c.seen = None;
+                }
+            }
+        }
+    }
+
+    /// Forgets which bodies are free.
+    pub(crate) fn forget_bodies(&mut self) {
+        for base in &mut self.bases {
+            base.free = Check::Open;
+        }
+        for c in &mut self.candidates {
+            c.free = Check::Open;
+        }
+    }
+
+    /// The view with the largest score.
+    pub(crate) fn best<S, R, C>(
+        &mut self,
+        context: &Context<'_, S, R, C>,
+        effort: &mut Effort,
+    ) -> Result<Viewpoint<S>, NoView>
+    where
+        S: Clone,
+        R: Robot<State = S> + ?Sized,
+        C: CostModel<S> + ?Sized,
+    {
+        let mut found = None;
+        let reason = self.ranked(context, effort, |entry| {
+            found = Some(entry);
+            false
+        });
+        match found {
+            Some(entry) => Ok(self.viewpoint(context, entry)),
+            None => Err(reason),
+        }
+    }
+
+    /// The views whose score is at least `share` of the best one's, best first.
+    pub(crate) fn near_best<S, R, C>(
+        &mut self,
+        context: &Context<'_, S, R, C>,
+        share: f64,
+        most: usize,
+        effort: &mut Effort,
+    ) -> Vec<Viewpoint<S>>
+    where
+        S: Clone,
+        R: Robot<State = S> + ?Sized,
+        C: CostModel<S> + ?Sized,
+    {
+        let mut found: Vec<Entry> = Vec::new();
+        self.ranked(context, effort, |entry| {
+            let good = found
+                .first()
+                .is_none_or(|best| entry.key >= best.key + share.ln());
+            if good && found.len() < most {
+                found.push(entry);
+            }
+            good && found.len() < most
+        });
+        found
+            .into_iter()
+            .map(|entry| self.viewpoint(context, entry))
+            .collect()
+    }
+
+    /// Calls `take` with the feasible candidates whose gain reaches the threshold, by falling
+    /// score, until it returns false. Returns why there was none, if there was none.
+    ///
+    /// Each candidate waits in a queue under an upper bound of its score; the first in the queue is
+    /// either exact, and then the best of the rest, or gets one step more exact and queues again.
+    fn ranked<S, R, C>(
+        &mut self,
+        context: &Context<'_, S, R, C>,
+        effort: &mut Effort,
+        mut take: impl FnMut(Entry) -> bool,
+    ) -> NoView
+    where
+        R: Robot<State = S> + ?Sized,
+        C: CostModel<S> + ?Sized,
+    {
+        let params = context.params;
+        let mut dropped = Dropped::default();
+        let mut waiting = Vec::with_capacity(self.candidates.len());
+        for (b, base) in self.bases.iter().enumerate() {
+            if base.free == Check::No {
+                continue;
+            }
+            for (p, posture) in context.postures.iter().enumerate() {
+                let index = b * self.postures + p;
+                if self.candidates[index].free == Check::No {
+                    dropped.body = true;
+                    continue;
+                }
+                let info = self.bound(context, index);
+                if !worth(info, params.threshold) {
+                    dropped.gain = true;
+                    continue;
+                }
+                let seconds = context
+                    .costs
+                    .seconds(context.from, (&base.pose, &posture.state));
+                if seconds.is_nan() || seconds == f64::INFINITY {
+                    dropped.cost = true;
+                    continue;
+                }
+                let seconds = seconds.max(0.0);
+                let key = info.ln() - params.motion_decay * seconds;
+                waiting.push(Entry {
+                    key,
+                    index: index as u32,
+                    seconds,
+                });
+            }
+        }
+        let mut queue = BinaryHeap::from(waiting);
+        let mut any = false;
+        while let Some(entry) = queue.pop() {
+            let (b, index) = (entry.index as usize / self.postures, entry.index as usize);
+            if !self.body_is_free(context, index, effort) {
+                dropped.body |= self.bases[b].free == Check::Yes;
+                continue;
+            }
+            let info = self.bound(context, index);
+            if !worth(info, params.threshold) {
+                dropped.gain = true;
+                continue;
+            }
+            let key = info.ln() - params.motion_decay * entry.seconds;
+            if key < entry.key {
+                queue.push(Entry { key, ..entry });
+            } else if self.is_exact(context, index) {
+                any = true;
+                if !take(entry) {
+                    break;
+                }
+            } else {
+                self.refine(context, index, effort);
+                queue.push(entry);
+            }
+        }
+        if any {
+            NoView::TooLittleSeen
+        } else {
+            dropped.reason()
+        }
+    }
+
+    fn body_is_free<S, R, C>(
+        &mut self,
+        context: &Context<'_, S, R, C>,
+        index: usize,
+        effort: &mut Effort,
+    ) -> bool
+    where
+        R: Robot<State = S> + ?Sized,
+        C: ?Sized,
+    {
+        let answer = |free| if free { Check::Yes } else { Check::No };
+        let base = &mut self.bases[index / self.postures];
+        if base.free == Check::Open {
+            effort.base_checks += 1;
+            base.free = answer(context.robot.base_is_free(base.pose));
+        }
+        if base.free == Check::No {
+            return false;
+        }
+        let candidate = &mut self.candidates[index];
+        if candidate.free == Check::Open {
+            effort.body_checks += 1;
+            let state = &context.postures[index % self.postures].state;
+            candidate.free = answer(context.robot.is_free(base.pose, state));
+        }
+        candidate.free == Check::Yes
+    }
+
+    fn lidar_count<S, R: ?Sized, C: ?Sized>(
+        &self,
+        context: &Context<'_, S, R, C>,
+        base: &Base,
+    ) -> Option<u32> {
+        if context.sensors.lidar.is_none() {
+            return Some(0);
+        }
+        let lidar = base.lidar.as_ref()?;
+        let patience = u64::from(context.params.lidar_patience);
+        let good = lidar
+            .stale_since
+            .is_none_or(|since| context.tick - since < patience);
+        good.then_some(lidar.count)
+    }
+
+    /// G_info if it is known, else an upper bound.
+    fn bound<S, R: ?Sized, C: ?Sized>(&self, context: &Context<'_, S, R, C>, index: usize) -> f64 {
+        let base = &self.bases[index / self.postures];
+        let candidate = &self.candidates[index];
+        let count = |r: Option<[i32; 4]>| {
+            r.map_or([0, 0], |r| {
+                let [low, high] = corners(context.world, r);
+                context.world.totals.within(low, high)
+            })
+        };
+        let lidar = self
+            .lidar_count(context, base)
+            .unwrap_or_else(|| count(base.around)[0]);
+        let (extra, inspection) = candidate
+            .seen
+            .unwrap_or_else(|| count(candidate.around).into());
+        context.sensors.info(lidar + extra, inspection)
+    }
+
+    fn is_exact<S, R: ?Sized, C: ?Sized>(
+        &self,
+        context: &Context<'_, S, R, C>,
+        index: usize,
+    ) -> bool {
+        self.candidates[index].seen.is_some()
+            && self
+                .lidar_count(context, &self.bases[index / self.postures])
+                .is_some()
+    }
+
+    /// Makes a bound more exact: first the LiDAR, which all postures of the base share.
+    fn refine<S, R: ?Sized, C: ?Sized>(
+        &mut self,
+        context: &Context<'_, S, R, C>,
+        index: usize,
+        effort: &mut Effort,
+    ) {
+        let (b, p) = (index / self.postures, index % self.postures);
+        if self.lidar_count(context, &self.bases[b]).is_none() {
+            effort.lidar_views += 1;
+            let words = context
+                .sensors
+                .lidar_sees(context.world, self.bases[b].pose);
+            let count = gain::count(&words);
+            self.bases[b].lidar = Some(Lidar {
+                words,
+                count,
+                stale_since: None,
+            });
+            // What the camera adds depends on what the LiDAR has.
+            for c in &mut self.candidates[b * self.postures..(b + 1) * self.postures] {
+                c.seen = None;
+            }
+            return;
+        }
+        effort.camera_views += 1;
+        let camera = context.postures[p].camera.on(self.bases[b].pose);
+        let (mut extra, mut inspection) = (0, 0);
+        let known = self.bases[b].lidar.as_ref().map_or(&[][..], |l| &l.words);
+        context
+            .sensors
+            .camera_sees(context.world, &camera, known, |_, e, i| {
+                extra += e.count_ones();
+                inspection += i.count_ones();
+            });
+        self.candidates[index].seen = Some((extra, inspection));
+    }
+
+    fn viewpoint<S: Clone, R: ?Sized, C: ?Sized>(
+        &self,
+        context: &Context<'_, S, R, C>,
+        entry: Entry,
+    ) -> Viewpoint<S> {
+        let index = entry.index as usize;
+        let (base, posture) = (
+            &self.bases[index / self.postures],
+            &context.postures[index % self.postures],
+        );
+        let camera = posture.camera.on(base.pose);
+        let lidar = base.lidar.as_ref();
+        let (extra, inspection) = self.candidates[index].seen.unwrap_or_default();
+        let gain: Gain = context
+            .sensors
+            .gain(lidar.map_or(0, |l| l.count) + extra, inspection);
+        let motion = (-context.params.motion_decay * entry.seconds).exp();
+        Viewpoint {
+            cluster: self.id,
+            base: base.pose,
+            posture: index % self.postures,
+            state: posture.state.clone(),
+            own: self.own(context, lidar.map_or(&[], |l| &l.words), &camera),
+            camera,
+            gain,
+            seconds: entry.seconds,
+            motion,
+            score: motion * gain.info,
+        }
+    }
+
+    /// How many cells of the cluster itself are in sight.
+    fn own<S, R: ?Sized, C: ?Sized>(
+        &self,
+        context: &Context<'_, S, R, C>,
+        lidar: &[(u32, u64)],
+        camera: &Pose,
+    ) -> u32 {
+        let world = context.world;
+        let inspection = self.kind == Kind::Inspection;
+        let eye = world.eye(camera.translation);
+        let seen = self.cells.iter().filter(|c| {
+            let by_lidar = !inspection
+                && world
+                    .index(**c)
+                    .is_some_and(|(word, bit)| gain::mask_of(lidar, word) >> bit & 1 != 0);
+            by_lidar
+                || context
+                    .sensors
+                    .camera_sees_cell(world, camera, &eye, **c, inspection)
+        });
+        seen.count() as u32
+    }
+}
+
+/// Base poses on the rings around a point, facing it: ring by ring, bearing by bearing.
+pub(crate) fn base_poses(params: &Params, centroid: [f64; 3]) -> Vec<[f64; 3]> {
+    let mut poses = Vec::new();
+    for radius in params.radii() {
+        for n in 0..params.bearings {
+            let bearing = std::f64::consts::TAU * n as f64 / params.bearings as f64;
+            let (s, c) = bearing.sin_cos();
+            let (dx, dy) = (radius * c, radius * s);
+            poses.push([centroid[0] + dx, centroid[1] + dy, (-dy).atan2(-dx)]);
+        }
+    }
+    poses
+}
+
+/// At or above the threshold, and not nothing.
+fn worth(info: f64, threshold: f64) -> bool {
+    info > 0.0 && info >= threshold
+}
+
+/// A clipped rectangle counted from the lowest column.
+#[inline]
+fn corners(world: &World, [x0, y0, x1, y1]: [i32; 4]) -> [[usize; 2]; 2] {
+    let [a, b, _] = world.low;
+    [
+        [(x0 - a) as usize, (y0 - b) as usize],
+        [(x1 - a) as usize, (y1 - b) as usize],
+    ]
+}
+
+/// Why candidates were dropped.
+#[derive(Default)]
+struct Dropped {
+    body: bool,
+    gain: bool,
+    cost: bool,
+}
+
+impl Dropped {
+    fn reason(&self) -> NoView {
+        match self {
+            Self { cost: true, .. } => NoView::Unreachable,
+            Self { gain: true, .. } => NoView::TooLittleSeen,
+            Self { body: true, .. } => NoView::NoFreeBody,
+            _ => NoView::NoFreeBase,
+        }
+    }
+}

@@ -1,0 +1,389 @@
+//! The sampler's own picture of the map and the frontiers: one bit a cell, words along z.
+//!
+//! A column of 64 cells is one word, so a ray asks a whole run of cells with one mask, and all
+//! frontier cells of a column share one walk through the plane.
+
+use crate::map::{Cell, Map};
+use crate::sight::{self, ColumnWalk};
+use crate::{Error, dirty::Dirty, totals::Totals};
+
+/// Margin added around boxes beyond the present extent, cells, so that growth is rare.
+const MARGIN: i32 = 16;
+/// Most cells stored.
+const MOST_CELLS: u64 = 1 << 31;
+
+/// Bits of the map and of the frontiers.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct World {
+    /// Lowest cell stored.
+    pub(crate) low: Cell,
+    /// Number of columns in x and y.
+    pub(crate) size: [usize; 2],
+    /// Words a column.
+    pub(crate) words: usize,
+    /// Edge of a cell, m; 0 until the first update.
+    pub(crate) cell_size: f64,
+    /// Centre of cell (0, 0, 0), m.
+    pub(crate) zero: [f64; 3],
+    free: Vec<u64>,
+    occupied: Vec<u64>,
+    /// Exploration frontier cells.
+    pub(crate) exploration: Vec<u64>,
+    /// Inspection frontier cells.
+    pub(crate) inspection: Vec<u64>,
+    /// Words of the frontiers as they were before this update.
+    touched: Vec<(u32, u64, u64)>,
+    is_touched: Vec<bool>,
+    /// Where something changed in the last update.
+    pub(crate) dirty: Dirty,
+    /// Frontier cells in any rectangle of columns.
+    pub(crate) totals: Totals,
+}
+
+/// A sensor's position, prepared for many rays.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Eye {
+    /// In the world, m.
+    pub(crate) world: [f64; 3],
+    /// In cell units.
+    cells: [f64; 3],
+    /// Index of the column's first word; none if outside of what is stored.
+    column: Option<usize>,
+}
+
+impl World {
+    /// First index past the stored cells.
+    pub(crate) fn high(&self) -> Cell {
+        let [nx, ny] = self.size;
+        [
+            self.low[0] + nx as i32,
+            self.low[1] + ny as i32,
+            self.low[2] + 64 * self.words as i32,
+        ]
+    }
+
+    /// Index of the word of a cell and its bit; none outside.
+    #[inline]
+    pub(crate) fn index(&self, c: Cell) -> Option<(usize, u32)> {
+        let d = [0, 1, 2].map(|a| i64::from(c[a]) - i64::from(self.low[a]));
+        let [nx, ny] = self.size;
+        if d.iter().any(|v| *v < 0)
+            || d[0] >= nx as i64
+            || d[1] >= ny as i64
+            || d[2] >= 64 * self.words as i64
+        {
+            return None;
+        }
+        let column = (d[1] as usize * nx + d[0] as usize) * self.words;
+        Some((column + (d[2] >> 6) as usize, (d[2] & 63) as u32))
+    }
+
+    /// Cell of bit 0 of a word.
+    #[inline]
+    pub(crate) fn cell(&self, word: usize) -> Cell {
+        let (column, w) = (word / self.words, word % self.words);
+        let (i, j) = (column % self.size[0], column / self.size[0]);
+        [
+            self.low[0] + i as i32,
+            self.low[1] + j as i32,
+            self.low[2] + 64 * w as i32,
+        ]
+    }
+
+    /// Centre of a cell, m.
+    #[inline]
+    pub(crate) fn center(&self, c: Cell) -> [f64; 3] {
+        [0, 1, 2].map(|a| self.zero[a] + f64::from(c[a]) * self.cell_size)
+    }
+
+    /// The cell of a coordinate (m) on one axis.
+    pub(crate) fn coordinate(&self, axis: usize, v: f64) -> i32 {
+        sight::floor(((v - self.zero[axis]) / self.cell_size + 0.5).clamp(-1e9, 1e9))
+    }
+
+    /// Rectangle of columns (low and high, both inclusive, clipped to what is stored) around a
+    /// rectangle in metres; none if empty.
+    pub(crate) fn rectangle(&self, low: [f64; 2], high: [f64; 2]) -> Option<[i32; 4]> {
+        let top = self.high();
+        let a = [0, 1].map(|n| self.coordinate(n, low[n]).max(self.low[n]));
+        let b = [0, 1].map(|n| self.coordinate(n, high[n]).min(top[n] - 1));
+        (a[0] <= b[0] && a[1] <= b[1]).then_some([a[0], a[1], b[0], b[1]])
+    }
+
+    /// Makes room for a half-open box of cells; reads what is new from the map. True if the
+    /// layout changed.
+    pub(crate) fn grow<M: Map + ?Sized>(
+        &mut self,
+        map: &M,
+        low: Cell,
+        high: Cell,
+    ) -> Result<bool, Error> {
+        let (old_low, old_high) = (self.low, self.high());
+        let empty = self.free.is_empty();
+        let inside = |a: usize| low[a] >= old_low[a] && high[a] <= old_high[a];
+        if !empty && inside(0) && inside(1) && inside(2) {
+            return Ok(false);
+        }
+        let margin = if empty { 0 } else { MARGIN };
+        let mut new_low = low;
+        let mut new_high = high;
+        for a in 0..3 {
+            if !empty {
+                let grown = |out: bool, v: i32, by: i32| if out { v.saturating_add(by) } else { v };
+                let side = if a < 2 { margin } else { 0 };
+                new_low[a] = old_low[a].min(grown(low[a] < old_low[a], low[a], -side));
+                new_high[a] = old_high[a].max(grown(high[a] > old_high[a], high[a], side));
+            }
+        }
+        // Rounded out to whole bricks, so that a map's brick-sized boxes do not grow it again.
+        for a in 0..2 {
+            new_low[a] = new_low[a].saturating_sub(new_low[a].rem_euclid(MARGIN));
+            new_high[a] = new_high[a]
+                .saturating_add((-i64::from(new_high[a])).rem_euclid(i64::from(MARGIN)) as i32);
+        }
+        let span = |a: usize| (i64::from(new_high[a]) - i64::from(new_low[a])).max(1) as u64;
+        let words = span(2).div_ceil(64);
+        let cells = span(0).saturating_mul(span(1)).saturating_mul(words * 64);
+        if cells > MOST_CELLS {
+            return Err(Error::TooLarge(cells));
+        }
+        let (nx, ny, words) = (span(0) as usize, span(1) as usize, words as usize);
+        let total = nx * ny * words;
+        let mut new = Self {
+            low: new_low,
+            size: [nx, ny],
+            words,
+            cell_size: map.cell_size(),
+            zero: map.center([0; 3]),
+            free: vec![0; total],
+            occupied: vec![0; total],
+            exploration: vec![0; total],
+            inspection: vec![0; total],
+            touched: Vec::new(),
+            is_touched: vec![false; total],
+            dirty: Dirty::new([nx, ny]),
+            totals: Totals::default(),
+        };
+        for word in 0..total {
+            let (free, occupied) = map.column(new.cell(word), 64);
+            new.free[word] = free;
+            new.occupied[word] = occupied & !free;
+        }
+        for word in 0..self.free.len() {
+            for (from, to) in [
+                (&self.exploration, &mut new.exploration),
+                (&self.inspection, &mut new.inspection),
+            ] {
+                let mut bits = from[word];
+                while bits != 0 {
+                    let bit = bits.trailing_zeros();
+                    bits &= bits - 1;
+                    let mut c = self.cell(word);
+                    c[2] += bit as i32;
+                    // The new extent holds the old one.
+                    let [a, b, z] = [0, 1, 2].map(|n| (c[n] - new_low[n]) as usize);
+                    to[(b * nx + a) * words + z / 64] |= 1 << (z % 64);
+                }
+            }
+        }
+        new.dirty.mark_all();
+        *self = new;
+        Ok(true)
+    }
+
+    /// Reads a half-open box of cells from the map and marks what changed.
+    pub(crate) fn read<M: Map + ?Sized>(&mut self, map: &M, low: Cell, high: Cell) {
+        let (from, to) = (self.low, self.high());
+        let a = [0, 1, 2].map(|n| low[n].max(from[n]));
+        let b = [0, 1, 2].map(|n| high[n].min(to[n]));
+        if (0..3).any(|n| a[n] >= b[n]) {
+            return;
+        }
+        for w in (a[2] - from[2]) >> 6..=(b[2] - 1 - from[2]) >> 6 {
+            let bottom = (from[2] + 64 * w).max(a[2]);
+            let count = (from[2] + 64 * (w + 1)).min(b[2]) - bottom;
+            let shift = bottom - from[2] - 64 * w;
+            let mask = (u64::MAX >> (64 - count)) << shift;
+            for j in a[1]..b[1] {
+                for i in a[0]..b[0] {
+                    let (free, occupied) = map.column([i, j, bottom], count as u32);
+                    let (x, y) = ((i - from[0]) as usize, (j - from[1]) as usize);
+                    let word = (y * self.size[0] + x) * self.words + w as usize;
+                    let free = self.free[word] & !mask | (free << shift & mask);
+                    let occupied = self.occupied[word] & !mask | (occupied << shift & mask & !free);
+                    if free != self.free[word] || occupied != self.occupied[word] {
+                        self.free[word] = free;
+                        self.occupied[word] = occupied;
+                        self.dirty.mark([x, y]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Sets or clears one frontier cell inside the extent.
+    pub(crate) fn set_frontier(&mut self, c: Cell, inspection: bool, on: bool) {
+        let Some((word, bit)) = self.index(c) else {
+            return;
+        };
+        if !self.is_touched[word] {
+            self.is_touched[word] = true;
+            self.touched
+                .push((word as u32, self.exploration[word], self.inspection[word]));
+        }
+        let layer = if inspection {
+            &mut self.inspection
+        } else {
+            &mut self.exploration
+        };
+        if on {
+            layer[word] |= 1 << bit;
+        } else {
+            layer[word] &= !(1 << bit);
+        }
+    }
+
+    /// Closes an update: marks the columns whose frontiers differ, counts anew.
+    pub(crate) fn close_update(&mut self) {
+        let mut changed = self.totals.is_empty();
+        for (word, exploration, inspection) in std::mem::take(&mut self.touched) {
+            let word = word as usize;
+            self.is_touched[word] = false;
+            if self.exploration[word] != exploration || self.inspection[word] != inspection {
+                let column = word / self.words;
+                self.dirty
+                    .mark([column % self.size[0], column / self.size[0]]);
+                changed = true;
+            }
+        }
+        self.dirty.close();
+        if changed {
+            self.totals = Totals::of(self.size, self.words, &self.exploration, &self.inspection);
+        }
+    }
+
+    /// Prepares a sensor position (m).
+    pub(crate) fn eye(&self, world: [f64; 3]) -> Eye {
+        let cells = [0, 1, 2].map(|a| (world[a] - self.zero[a]) / self.cell_size + 0.5);
+        let at = cells.map(sight::floor);
+        let column = self.index(at).map(|_| self.column_of([at[0], at[1]]));
+        Eye {
+            world,
+            cells,
+            column,
+        }
+    }
+
+    /// First word of a column inside the extent.
+    #[inline]
+    fn column_of(&self, c: [i32; 2]) -> usize {
+        let (x, y) = ((c[0] - self.low[0]) as usize, (c[1] - self.low[1]) as usize);
+        (y * self.size[0] + x) * self.words
+    }
+
+    /// Those of the cells `mask` of a word that are in sight of `eye`.
+    #[inline]
+    pub(crate) fn visible(&self, eye: &Eye, word: usize, mask: u64, allowance: u32) -> u64 {
+        match (eye.column, self.words) {
+            (Some(column), 1) => self.visible_flat(eye, column, word, mask, allowance),
+            _ => self.visible_tall(eye, word, mask, allowance),
+        }
+    }
+
+    /// One ray a cell: maps higher than 64 cells, and eyes outside the map.
+    fn visible_tall(&self, eye: &Eye, word: usize, mask: u64, allowance: u32) -> u64 {
+        let (base, mut rest, mut seen) = (self.cell(word), mask, 0);
+        let state = |c| match self.index(c) {
+            Some((word, bit)) => (
+                self.free[word] >> bit & 1 != 0,
+                self.occupied[word] >> bit & 1 != 0,
+            ),
+            None => (false, false),
+        };
+        while rest != 0 {
+            let bit = rest.trailing_zeros();
+            rest &= rest - 1;
+            let to = [base[0], base[1], base[2] + bit as i32];
+            if sight::sees(eye.cells, to, allowance, state) {
+                seen |= 1 << bit;
+            }
+        }
+        seen
+    }
+
+    /// One walk for all cells of a column, in a map of at most 64 cells height.
+    fn visible_flat(
+        &self,
+        eye: &Eye,
+        column: usize,
+        word: usize,
+        mask: u64,
+        allowance: u32,
+    ) -> u64 {
+        let base = self.cell(word);
+        let z = eye.cells[2];
+        let (low, nx) = (base[2], self.size[0] as i32);
+        let start = sight::floor(z) - low;
+        let mut alive = mask;
+        let mut unknown = [0u8; 64];
+        // No ray leaves the run between the eye and the farthest cells.
+        let hull = |alive: u64| {
+            let a = (alive.trailing_zeros() as i32).min(start);
+            let b = (63 - alive.leading_zeros() as i32).max(start);
+            bits(a, b)
+        };
+        let mut reach = hull(alive);
+        let end = [f64::from(base[0]) + 0.5, f64::from(base[1]) + 0.5];
+        let mut columns = ColumnWalk::new([eye.cells[0], eye.cells[1]], end);
+        let mut at = column as i32;
+        let mut t0 = 0.0;
+        loop {
+            let exit = columns.exit();
+            let barrier = !self.free[at as usize] & reach;
+            if barrier != 0 {
+                let t1 = exit.map_or(1.0, |e| e.0);
+                let occupied = self.occupied[at as usize];
+                let before = alive;
+                let mut rest = alive;
+                while rest != 0 {
+                    let bit = rest.trailing_zeros();
+                    rest &= rest - 1;
+                    let dz = f64::from(low + bit as i32) + 0.5 - z;
+                    let (a, b) = sight::run(z, dz, t0, t1);
+                    let mut run = bits(a - low, b - low);
+                    if exit.is_none() {
+                        run &= !(1 << bit);
+                    }
+                    let hit = barrier & run;
+                    if hit != 0 {
+                        if hit & occupied != 0 {
+                            alive &= !(1 << bit);
+                        } else {
+                            let count = &mut unknown[bit as usize];
+                            *count = count.saturating_add(hit.count_ones() as u8);
+                            if u32::from(*count) > allowance {
+                                alive &= !(1 << bit);
+                            }
+                        }
+                    }
+                }
+                if alive == 0 {
+                    return 0;
+                }
+                if alive != before {
+                    reach = hull(alive);
+                }
+            }
+            let Some((t1, axis)) = exit else { return alive };
+            t0 = t1;
+            let step = columns.cross(axis);
+            at += if axis == 0 { step } else { step * nx };
+        }
+    }
+}
+
+/// Bits `a..=b`, for `0 <= a <= b < 64`.
+#[inline]
+fn bits(a: i32, b: i32) -> u64 {
+    (u64::MAX >> (63 - b)) & (u64::MAX << a)
+}

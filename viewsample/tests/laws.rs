@@ -1,0 +1,165 @@
+//! Properties that hold for any input.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+mod worlds;
+
+use proptest::prelude::*;
+use viewsample::{
+    Changes, Cluster, CostModel, Frustum, Lidar, Map, Params, Pose, Robot, conformance,
+};
+use worlds::*;
+
+fn coordinate() -> impl Strategy<Value = f64> {
+    -20.0..20.0f64
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Camera axes are orthonormal and right-handed, level to the right, and look where they should.
+    #[test]
+    fn poses_are_rotations(yaw in -7.0..7.0f64, pitch in -1.5..1.5f64, base_yaw in -7.0..7.0f64) {
+        let camera = Pose::looking([0.3, -0.2, 1.1], yaw, pitch);
+        for pose in [camera, camera.on([1.0, 2.0, base_yaw])] {
+            let column = |j: usize| [0, 1, 2].map(|i: usize| pose.rotation[i][j]);
+            let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+            let (x, y, z) = (column(0), column(1), column(2));
+            let cross = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+            prop_assert!((dot(cross, z) - 1.0).abs() < 1e-12 && dot(x, y).abs() < 1e-12);
+            prop_assert!(x[2].abs() < 1e-12 && y[2] < 1e-12, "no roll: right is level, down is down");
+            prop_assert!((pose.forward()[2] - pitch.sin()).abs() < 1e-12);
+        }
+        let moved = camera.on([1.0, 2.0, base_yaw]);
+        prop_assert!((moved.forward()[0] - pitch.cos() * (yaw + base_yaw).cos()).abs() < 1e-12);
+    }
+
+    /// What a frustum covers lies in its box; what a LiDAR covers lies in its range.
+    #[test]
+    fn covered_points_lie_in_the_bounds(
+        p in prop::array::uniform3(-5.0..5.0f64), yaw in -7.0..7.0f64, pitch in -1.5..1.5f64,
+    ) {
+        let frustum = Frustum::degrees(87.0, 58.0, 0.3, 4.0);
+        let pose = Pose::looking([0.5, 0.1, 1.0], yaw, pitch);
+        if frustum.covers(pose.to_camera(p)) {
+            let (low, high) = frustum.bounds(&pose);
+            for a in 0..3 {
+                prop_assert!(low[a] - 1e-9 <= p[a] && p[a] <= high[a] + 1e-9);
+            }
+        }
+        let lidar = Lidar { offset: [0.0; 3], low: -0.1, high: 0.9, range: 3.0 };
+        if lidar.covers(p) {
+            let r = p[0].hypot(p[1]);
+            prop_assert!(r.hypot(p[2]) <= 3.0 + 1e-9 && (-0.1 - 1e-9..=0.9 + 1e-9).contains(&p[2].atan2(r)));
+        }
+    }
+
+    /// The grid, the mast and eq. 2 obey the laws; a reference to each does too.
+    #[test]
+    fn built_in_types_conform(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let any_cell = |dice: &mut Dice| [dice.below(30) as i32 - 2, dice.below(26) as i32 - 2, dice.below(12) as i32 - 2];
+        let cells: Vec<_> = (0..30).map(|_| any_cell(&mut dice)).collect();
+        let rays: Vec<_> = (0..30).map(|_| {
+            let from = [dice.between(-1.0, 9.0), dice.between(-1.0, 8.0), dice.between(-1.0, 3.0)];
+            (from, any_cell(&mut dice))
+        }).collect();
+        prop_assert_eq!(conformance::check_map(&map, &cells, &rays), Ok(()));
+        prop_assert_eq!(conformance::check_map(&&map, &cells, &rays), Ok(()));
+        let bases: Vec<_> = (0..20).map(|_| [dice.between(-1.0, 9.0), dice.between(-1.0, 8.0), 0.0]).collect();
+        let postures = solved(&map, &params());
+        prop_assert_eq!(conformance::check_robot(&mast(&map), &postures, &bases), Ok(()));
+        let places: Vec<_> = bases.iter().map(|b| (*b, [dice.unit(), dice.unit()])).collect();
+        prop_assert_eq!(conformance::check_costs(&COSTS, &places), Ok(()));
+        prop_assert_eq!(conformance::check_costs(&&COSTS, &places), Ok(()));
+    }
+
+    /// Sight does not improve when a free cell is taken by an obstacle, and more allowance never hurts.
+    #[test]
+    fn sight_is_monotone(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let mut denser = map.clone();
+        let corner = [dice.below(SIZE[0]), dice.below(SIZE[1]), dice.below(5)];
+        fill(&mut denser, corner, [4, 4, 4], b'#');
+        for _ in 0..50 {
+            let from = [dice.between(0.1, 7.7), dice.between(0.1, 6.5), dice.between(0.1, 2.3)];
+            let to = [dice.below(SIZE[0]) as i32, dice.below(SIZE[1]) as i32, dice.below(SIZE[2]) as i32];
+            let sight = [0, 1, 2, 20].map(|n| map.line_of_sight(from, to, n));
+            prop_assert!(sight.is_sorted());
+            prop_assert!(!denser.line_of_sight(from, to, 2) || map.line_of_sight(from, to, 2));
+            // Within one voxel, and to a neighbour, nothing is between.
+            prop_assert!(map.line_of_sight(map.center(to), to, 0));
+        }
+    }
+
+    /// Offered views are feasible, reach the threshold, and their figures are those of their pose.
+    #[test]
+    fn views_are_what_they_say(seed in any::<u64>(), patience in 0u32..4) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |c| c[2] < 2);
+        let params = Params { lidar_patience: patience, ..params() };
+        let (base, state) = ([dice.between(0.5, 7.0), dice.between(0.5, 6.0), 0.3], [1.0, 0.0]);
+        let mut sampler = fresh(&map, &all, &params);
+        let found = sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap();
+        for view in &found.views {
+            prop_assert!(mast(&map).is_free(view.base, &view.state));
+            prop_assert!(view.gain.info >= params.threshold);
+            prop_assert_eq!(sampler.gain_at(view.base, &view.camera).unwrap(), view.gain);
+            let seconds = COSTS.seconds((&base, &state), (&view.base, &view.state));
+            prop_assert_eq!(view.seconds, seconds);
+            prop_assert!((view.score - (-0.5 * seconds).exp() * view.gain.info).abs() < 1e-12);
+            prop_assert!(view.own <= view.gain.exploration + view.gain.inspection);
+            // The camera stands over a base that faces the cluster.
+            let centroid = all.iter().find(|c| c.id == view.cluster).unwrap().borrow().centroid;
+            let bearing = (centroid[1] - view.base[1]).atan2(centroid[0] - view.base[0]);
+            prop_assert!((bearing - view.base[2]).sin().abs() < 1e-9);
+        }
+        // Asking again casts nothing and answers the same.
+        let again = sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap();
+        prop_assert_eq!(&again.views, &found.views);
+        prop_assert_eq!(again.effort, viewsample::Effort::default());
+        // The nearer robot has the better score.
+        prop_assert!(found.views.iter().all(|v| v.score <= v.gain.info));
+    }
+
+    /// With patience, counts never include cells that are no frontier any more.
+    #[test]
+    fn late_counts_never_count_what_is_gone(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |_| false);
+        let params = Params { lidar_patience: 9, threshold: 0.2, ..params() };
+        let mut sampler = fresh(&map, &all, &params);
+        let (base, state) = ([3.0, 3.0, 0.3], [1.0, 0.0]);
+        sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap();
+        // Half of the clusters go.
+        let removed: Vec<u64> = all.iter().map(|c| c.id).filter(|_| dice.below(2) == 0).collect();
+        sampler.update(&map, &Changes { removed: &removed, ..Changes::default() }).unwrap();
+        let found = sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap();
+        for view in &found.views {
+            prop_assert!(!removed.contains(&view.cluster));
+            prop_assert_eq!(sampler.gain_at(view.base, &view.camera).unwrap(), view.gain);
+        }
+    }
+
+    /// Any finite cluster anywhere is taken or refused with an error, never a panic.
+    #[test]
+    fn odd_clusters_do_no_harm(
+        p in prop::array::uniform3(coordinate()), cell in prop::array::uniform3(-300..300i32), centroid in any::<[f64; 3]>(),
+    ) {
+        let map = hall(&mut Dice::new(1));
+        let mut sampler = fresh(&map, &[], &params());
+        let cells = [cell];
+        let odd = Cluster { id: 3, kind: viewsample::Kind::Exploration, cells: &cells, centroid: p };
+        let odder = Cluster { id: 4, centroid, ..odd };
+        sampler.update(&map, &Changes { added: &[odd], ..Changes::default() }).unwrap();
+        let finite = centroid.iter().all(|v| v.is_finite());
+        prop_assert_eq!(sampler.update(&map, &Changes { added: &[odder], ..Changes::default() }).is_ok(), finite);
+        let found = sampler.candidates(&mast(&map), &COSTS, [2.0, 2.0, 0.0], &[1.0, 0.0]).unwrap();
+        prop_assert_eq!(found.views.len() + found.without.len(), sampler.len());
+        sampler.retry(&[3, 4], &mast(&map), &COSTS, [2.0, 2.0, 0.0], &[1.0, 0.0]).unwrap();
+        sampler.gain_at(p, &Pose::looking(p, 0.0, 0.0)).unwrap();
+    }
+}

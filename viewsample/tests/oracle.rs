@@ -1,0 +1,154 @@
+//! The sampler against the definition by brute force.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+mod worlds;
+
+use proptest::prelude::*;
+use viewsample::{Changes, Cluster, Kind, Params, Pose};
+use worlds::*;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// The best view of each library is the brute-force argmax of G over G_info >= threshold.
+    #[test]
+    fn best_views_equal_brute_force(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |c| (c[0] + c[1]) % 7 < 2);
+        let params = Params { threshold: [0.2, 2.0, 20.0][dice.below(3)], ..params() };
+        let from = ([dice.between(0.5, 7.0), dice.between(0.5, 6.0), 0.3], [1.0, 0.0]);
+        let mut sampler = fresh(&map, &all, &params);
+        let postures = sampler.postures().to_vec();
+        let found = sampler.candidates(&mast(&map), &COSTS, from.0, &from.1).unwrap();
+        prop_assert_eq!(found.views.len() + found.without.len(), all.len());
+        for cluster in &all {
+            let scored = library(&map, &all, cluster, &params, &postures, from);
+            let good = scored.iter().filter(|s| s.info >= params.threshold);
+            let best = good.max_by(|a, b| a.score.total_cmp(&b.score));
+            let view = found.views.iter().find(|v| v.cluster == cluster.id);
+            prop_assert_eq!(best.is_some(), view.is_some());
+            if let (Some(best), Some(view)) = (best, view) {
+                prop_assert!(close(best.score, view.score), "{} {}", best.score, view.score);
+                prop_assert!(close(view.score, view.motion * view.gain.info));
+                let same = scored.iter().find(|s| s.base == view.base && s.posture == view.posture);
+                prop_assert!(same.is_some_and(|s| close(s.info, view.gain.info) && close(s.score, view.score)));
+            }
+        }
+    }
+
+    /// What a view sees, cell by cell, from any pose, free or not.
+    #[test]
+    fn seen_cells_equal_brute_force(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |_| false);
+        for allowance in [0, 2, 9] {
+            let params = Params { unknown_allowance: allowance, ..params() };
+            let sampler = fresh(&map, &all, &params);
+            for _ in 0..4 {
+                let base = [dice.between(-1.0, 8.5), dice.between(-1.0, 7.0), dice.between(-3.0, 3.0)];
+                let eye = [dice.between(-1.0, 8.5), dice.between(-1.0, 7.0), dice.between(-0.5, 3.0)];
+                let camera = Pose::looking(eye, dice.between(-3.0, 3.0), dice.between(-1.5, 1.5));
+                let (exploration, inspection) = seen(&map, &all, &params, base, &camera);
+                let mut ours = sampler.seen_from(base, &camera).unwrap();
+                ours.exploration.sort_unstable();
+                ours.inspection.sort_unstable();
+                prop_assert_eq!(&ours.exploration, &exploration);
+                prop_assert_eq!(&ours.inspection, &inspection);
+                let gain = sampler.gain_at(base, &camera).unwrap();
+                prop_assert_eq!((gain.exploration as usize, gain.inspection as usize), (exploration.len(), inspection.len()));
+            }
+        }
+    }
+
+    /// After any updates, an exact sampler answers like one that was built anew.
+    #[test]
+    fn updates_equal_building_anew(seed in any::<u64>(), rounds in 1usize..5) {
+        let mut dice = Dice::new(seed);
+        let mut map = hall(&mut dice);
+        let params = params();
+        let mut done: Vec<viewsample::Cell> = Vec::new();
+        let mut all = clusters(&map, |_| false);
+        let mut sampler = fresh(&map, &all, &params);
+        for _ in 0..rounds {
+            let from = ([dice.between(0.5, 7.0), dice.between(0.5, 6.0), 0.3], [1.0, 0.0]);
+            sampler.candidates(&mast(&map), &COSTS, from.0, &from.1).unwrap();
+            let corner = [dice.below(SIZE[0]), dice.below(SIZE[1]), dice.below(5)];
+            let extent = [1 + dice.below(6), 1 + dice.below(6), 1 + dice.below(7)];
+            fill(&mut map, corner, extent, b".#?"[dice.below(3)]);
+            let surface = map.surface();
+            let start = dice.below(surface.len());
+            done.extend(&surface[start..(start + 40).min(surface.len())]);
+            let new = clusters(&map, |c| done.contains(&c));
+            let added: Vec<Cluster<'_>> = new.iter().filter(|c| !all.contains(c)).map(OwnedCluster::borrow).collect();
+            let removed: Vec<u64> = all.iter().map(|c| c.id).filter(|id| new.iter().all(|c| c.id != *id)).collect();
+            let low = corner.map(|v| v as i32);
+            let high = [0, 1, 2].map(|a| low[a] + extent[a] as i32);
+            let changes = Changes { added: &added, removed: &removed, boxes: &[(low, high)] };
+            sampler.update(&map, &changes).unwrap();
+            all = new;
+            let ours = sampler.candidates(&mast(&map), &COSTS, from.0, &from.1).unwrap();
+            let anew = fresh(&map, &all, &params).candidates(&mast(&map), &COSTS, from.0, &from.1).unwrap();
+            prop_assert_eq!(&ours.views, &anew.views);
+            prop_assert_eq!(ours.without.len(), anew.without.len());
+            let ids: Vec<u64> = ours.without.iter().map(|w| w.0).collect();
+            let retried = sampler.retry(&ids, &mast(&map), &COSTS, from.0, &from.1).unwrap();
+            let afresh = fresh(&map, &all, &params).retry(&ids, &mast(&map), &COSTS, from.0, &from.1).unwrap();
+            prop_assert_eq!(&retried.views, &afresh.views);
+        }
+    }
+
+    /// The near-best list is the brute-force list, best first.
+    #[test]
+    fn near_best_equals_brute_force(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |_| false);
+        let params = params();
+        let from = ([dice.between(0.5, 7.0), dice.between(0.5, 6.0), 0.3], [1.0, 0.0]);
+        let mut sampler = fresh(&map, &all, &params);
+        let postures = sampler.postures().to_vec();
+        let cluster = &all[dice.below(all.len())];
+        let ours = sampler.near_best(cluster.id, 0.8, usize::MAX, &mast(&map), &COSTS, from.0, &from.1).unwrap();
+        let mut scored = library(&map, &all, cluster, &params, &postures, from);
+        scored.retain(|s| s.info >= params.threshold);
+        scored.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let best = scored.first().map_or(0.0, |s| s.score);
+        // A hair on either side of the limit may fall either way.
+        let at_least = |share: f64| scored.iter().filter(|s| s.score >= share * best).count();
+        prop_assert!((at_least(0.8 + 1e-9)..=at_least(0.8 - 1e-9)).contains(&ours.len()));
+        for (a, b) in ours.iter().zip(&scored) {
+            prop_assert!(close(a.score, b.score));
+        }
+        let few = sampler.near_best(cluster.id, 0.8, 3, &mast(&map), &COSTS, from.0, &from.1).unwrap();
+        prop_assert_eq!(&few[..], &ours[..ours.len().min(3)]);
+    }
+}
+
+/// The cells of the cluster itself among those seen.
+#[test]
+fn own_counts_the_cells_of_the_cluster() {
+    let mut dice = Dice::new(5);
+    let map = hall(&mut dice);
+    let all = clusters(&map, |_| false);
+    let params = params();
+    let mut sampler = fresh(&map, &all, &params);
+    let found = sampler
+        .candidates(&mast(&map), &COSTS, [3.0, 3.0, 0.0], &[1.0, 0.0])
+        .unwrap();
+    assert!(!found.views.is_empty());
+    for view in found.views {
+        let cluster = all.iter().find(|c| c.id == view.cluster).unwrap();
+        let (e, i) = seen(&map, &all, &params, view.base, &view.camera);
+        let list = if cluster.kind == Kind::Inspection {
+            i
+        } else {
+            e
+        };
+        assert_eq!(
+            view.own as usize,
+            list.iter().filter(|c| cluster.cells.contains(c)).count()
+        );
+    }
+}
