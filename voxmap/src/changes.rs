@@ -1,106 +1,173 @@
-//! What changed since the last look: bricks of 8 x 8 x 8 cells, handed out as boxes.
+//! What changed since the last look: words of 64 cells with the changed bits, and boxes that cover them.
 
 use crate::geometry::{Cell, CellBox};
 use crate::map::VoxelMap;
 
-/// Edge of a brick, cells.
+/// Edge of a brick, cells; boxes are unions of bricks, shrunk to what changed in them.
 const BRICK: usize = 8;
 
-/// Marks of changed bricks.
+/// Marks of changed cells.
 #[derive(Clone, Debug)]
 pub(crate) struct Dirty {
-    bricks: [usize; 3],
-    state: Vec<bool>,
-    inspected: Vec<bool>,
-    any: bool,
+    state: Vec<u64>,
+    inspected: Vec<u64>,
+    /// Words with marks, each once, in the order of the first mark.
+    words: Vec<u32>,
 }
 
 impl Dirty {
-    pub(crate) fn new(size: [usize; 3]) -> Self {
-        let bricks = size.map(|n| n.div_ceil(BRICK));
-        let total = bricks.iter().product();
+    pub(crate) fn new(words: usize) -> Self {
         Self {
-            bricks,
-            state: vec![false; total],
-            inspected: vec![false; total],
-            any: false,
+            state: vec![0; words],
+            inspected: vec![0; words],
+            words: Vec::new(),
         }
     }
 
-    fn brick(&self, cell: Cell) -> usize {
-        let [x, y, z] = cell.map(|v| v as usize / BRICK);
-        (z * self.bricks[1] + y) * self.bricks[0] + x
+    /// Bytes in use.
+    pub(crate) fn memory(&self) -> usize {
+        (self.state.capacity() + self.inspected.capacity()) * 8 + self.words.capacity() * 4
     }
 
-    /// Notes a change of free or occupied.
-    pub(crate) fn state(&mut self, cell: Cell) {
-        let brick = self.brick(cell);
-        self.state[brick] = true;
-        self.any = true;
+    /// Notes changes of free or occupied.
+    #[inline]
+    pub(crate) fn state(&mut self, word: usize, bits: u64) {
+        self.touch(word);
+        self.state[word] |= bits;
     }
 
-    /// Notes a change of inspected.
-    pub(crate) fn inspected(&mut self, cell: Cell) {
-        let brick = self.brick(cell);
-        self.inspected[brick] = true;
-        self.any = true;
+    /// Notes changes of inspected.
+    #[inline]
+    pub(crate) fn inspected(&mut self, word: usize, bits: u64) {
+        self.touch(word);
+        self.inspected[word] |= bits;
+    }
+
+    #[inline]
+    fn touch(&mut self, word: usize) {
+        if self.state[word] | self.inspected[word] == 0 {
+            self.words.push(word as u32);
+        }
     }
 }
 
-/// Boxes of cells in which something changed.
+/// Up to 64 cells along x of which some changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChangedWord {
+    /// Cell of bit 0; its x is a multiple of 64.
+    pub cell: Cell,
+    /// Cells whose free or occupied bit changed.
+    pub state: u64,
+    /// Cells of which a face was inspected.
+    pub inspected: u64,
+}
+
+/// Everything that changed between two looks. A cell that changed and changed back may be listed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Changes {
-    /// Boxes with any change: free, occupied or inspected. Disjoint, in index order.
+    /// Disjoint boxes that hold every changed cell (free, occupied or inspected), in index order.
     pub boxes: Vec<CellBox>,
-    /// Boxes in which free or occupied changed. Disjoint, in index order.
+    /// Disjoint boxes that hold every cell whose free or occupied bit changed, in index order.
     pub state_boxes: Vec<CellBox>,
+    /// The changed cells themselves, in index order.
+    pub words: Vec<ChangedWord>,
 }
 
 impl Changes {
     /// True if nothing changed.
     pub fn is_empty(&self) -> bool {
-        self.boxes.is_empty()
+        self.words.is_empty()
+    }
+
+    /// The changed cells, in index order.
+    pub fn cells(&self) -> impl Iterator<Item = Cell> {
+        self.words.iter().flat_map(|word| {
+            let bits = word.state | word.inspected;
+            (0..64).filter(move |x| bits >> x & 1 != 0).map(|x| {
+                let [x0, y, z] = word.cell;
+                [x0 + x, y, z]
+            })
+        })
     }
 }
 
 impl VoxelMap {
     /// Everything that changed since the last call.
     pub fn take_changes(&mut self) -> Changes {
-        if !self.dirty.any {
-            return Changes::default();
-        }
-        let size = self.size;
-        let dirty = &mut self.dirty;
-        let any: Vec<bool> = dirty
-            .state
+        let mut words = std::mem::take(&mut self.dirty.words);
+        words.sort_unstable();
+        let list: Vec<ChangedWord> = words
             .iter()
-            .zip(&dirty.inspected)
-            .map(|(&s, &i)| s || i)
+            .map(|&word| {
+                let at = word as usize;
+                ChangedWord {
+                    cell: self.cell_of(at * 64),
+                    state: std::mem::take(&mut self.dirty.state[at]),
+                    inspected: std::mem::take(&mut self.dirty.inspected[at]),
+                }
+            })
             .collect();
-        let changes = Changes {
-            boxes: boxes(&any, dirty.bricks, size),
-            state_boxes: boxes(&dirty.state, dirty.bricks, size),
-        };
-        dirty.state.fill(false);
-        dirty.inspected.fill(false);
-        dirty.any = false;
-        changes
+        words.clear();
+        self.dirty.words = words;
+        Changes {
+            boxes: boxes(&list, |w| w.state | w.inspected, self.size),
+            state_boxes: boxes(&list, |w| w.state, self.size),
+            words: list,
+        }
     }
 }
 
-/// Covers the marked bricks by disjoint boxes: runs along x, merged along y and then along z where they are equal.
-fn boxes(marks: &[bool], bricks: [usize; 3], size: [usize; 3]) -> Vec<CellBox> {
-    // (x range, y range, z range) in bricks
-    let mut done: Vec<[[usize; 2]; 3]> = Vec::new();
+/// What changed in a brick: half-open cell ranges, empty at first.
+#[derive(Clone, Copy)]
+struct Extent {
+    low: [u16; 3],
+    high: [u16; 3],
+}
+
+/// Covers the changed cells by disjoint boxes: runs of bricks along x, merged along y and then along z where their bricks are
+/// equal, each shrunk to the changed cells inside.
+fn boxes(
+    words: &[ChangedWord],
+    bits: impl Fn(&ChangedWord) -> u64,
+    size: [usize; 3],
+) -> Vec<CellBox> {
+    if words.is_empty() {
+        return Vec::new();
+    }
+    let bricks = size.map(|n| n.div_ceil(BRICK));
+    let index = |x: usize, y: usize, z: usize| (z * bricks[1] + y) * bricks[0] + x;
+    let none = Extent {
+        low: [u16::MAX; 3],
+        high: [0; 3],
+    };
+    let mut extents = vec![none; bricks.iter().product()];
+    for word in words {
+        let mut rest = bits(word);
+        let [x0, y, z] = word.cell.map(|v| v as usize);
+        while rest != 0 {
+            let byte = rest.trailing_zeros() as usize / 8;
+            let row = rest >> (byte * 8) & 0xff;
+            rest &= !(0xff << (byte * 8));
+            let extent = &mut extents[index(x0 / 8 + byte, y / 8, z / 8)];
+            let first = [row.trailing_zeros() as usize, y % 8, z % 8];
+            let last = [63 - row.leading_zeros() as usize, y % 8, z % 8];
+            for a in 0..3 {
+                extent.low[a] = extent.low[a].min(first[a] as u16);
+                extent.high[a] = extent.high[a].max(last[a] as u16 + 1);
+            }
+        }
+    }
+    let marked = |x: usize, y: usize, z: usize| extents[index(x, y, z)].high[0] > 0;
+    // Boxes in bricks that the layer below ended with, and those that are complete.
     let mut below: Vec<[[usize; 2]; 3]> = Vec::new();
+    let mut done: Vec<[[usize; 2]; 3]> = Vec::new();
     for z in 0..bricks[2] {
         let mut layer: Vec<[[usize; 2]; 3]> = Vec::new();
         for y in 0..bricks[1] {
-            let row = &marks[(z * bricks[1] + y) * bricks[0]..][..bricks[0]];
             let mut x = 0;
             while x < bricks[0] {
                 let start = x;
-                while x < bricks[0] && row[x] {
+                while x < bricks[0] && marked(x, y, z) {
                     x += 1;
                 }
                 if x > start {
@@ -128,9 +195,24 @@ fn boxes(marks: &[bool], bricks: [usize; 3], size: [usize; 3]) -> Vec<CellBox> {
     done.append(&mut below);
     let mut out: Vec<CellBox> = done
         .into_iter()
-        .map(|b| CellBox {
-            low: [0, 1, 2].map(|a| (b[a][0] * BRICK) as i32),
-            high: [0, 1, 2].map(|a| (b[a][1] * BRICK).min(size[a]) as i32),
+        .map(|[xs, ys, zs]| {
+            let mut cells = CellBox {
+                low: [i32::MAX; 3],
+                high: [0; 3],
+            };
+            for z in zs[0]..zs[1] {
+                for y in ys[0]..ys[1] {
+                    for x in xs[0]..xs[1] {
+                        let extent = &extents[index(x, y, z)];
+                        for (a, brick) in [x, y, z].into_iter().enumerate() {
+                            let corner = (brick * BRICK) as i32;
+                            cells.low[a] = cells.low[a].min(corner + i32::from(extent.low[a]));
+                            cells.high[a] = cells.high[a].max(corner + i32::from(extent.high[a]));
+                        }
+                    }
+                }
+            }
+            cells
         })
         .collect();
     out.sort_unstable();

@@ -72,6 +72,14 @@ pub struct Camera {
     pub tan_half_v: f64,
 }
 
+impl Ball {
+    /// True if the point lies inside or on the ball.
+    pub fn contains(&self, point: [f64; 3]) -> bool {
+        let square: f64 = (0..3).map(|a| (point[a] - self.center[a]).powi(2)).sum();
+        square <= self.radius * self.radius
+    }
+}
+
 impl Camera {
     /// True if the point lies inside the image and in front of the camera.
     pub fn sees(&self, point: [f64; 3]) -> bool {

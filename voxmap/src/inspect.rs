@@ -69,10 +69,11 @@ impl VoxelMap {
         }
         for &(cell, faces) in &marks {
             let address = self.address(cell);
+            let (word, x) = (address >> 6, address & 63);
             for (face, plane) in self.seen.iter_mut().enumerate() {
-                plane[address >> 6] |= u64::from(faces >> face & 1) << (address & 63);
+                plane[word] |= u64::from(faces >> face & 1) << x;
             }
-            self.dirty.inspected(cell);
+            self.dirty.inspected(word, 1 << x);
         }
         marks.len()
     }

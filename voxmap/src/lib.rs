@@ -26,10 +26,11 @@ mod insert;
 mod inspect;
 mod map;
 mod regions;
+mod simd;
 mod traits;
 mod walk;
 
-pub use changes::Changes;
+pub use changes::{ChangedWord, Changes};
 pub use costmap::{CostMap, CostMapParams, Ground};
 pub use error::Error;
 pub use esdf::{Esdf, EsdfParams};

@@ -196,7 +196,7 @@ impl VoxelMap {
             free: vec![0; total],
             occupied: vec![0; total],
             seen: std::array::from_fn(|_| vec![0; total]),
-            dirty: Dirty::new(size),
+            dirty: Dirty::new(total),
             scan: crate::insert::Window::new(total),
         })
     }
@@ -214,6 +214,15 @@ impl VoxelMap {
     /// Lower corner in the world frame, m.
     pub fn low(&self) -> [f64; 3] {
         self.low
+    }
+
+    /// Bytes in use, scratch planes included.
+    pub fn memory(&self) -> usize {
+        let planes = [&self.free, &self.occupied].into_iter().chain(&self.seen);
+        self.log.capacity()
+            + planes.map(|plane| plane.capacity() * 8).sum::<usize>()
+            + self.dirty.memory()
+            + self.scan.memory()
     }
 
     /// All cells of the map.
@@ -426,7 +435,7 @@ impl VoxelMap {
             }
         }
         if (was_free, was_occupied) != (self.free[word] & bit, self.occupied[word] & bit) {
-            self.dirty.state(cell);
+            self.dirty.state(word, bit);
         }
     }
 

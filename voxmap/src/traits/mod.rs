@@ -2,3 +2,7 @@
 
 #[cfg(feature = "frontier")]
 mod frontier;
+#[cfg(feature = "hybrid-astar")]
+mod hybrid_astar;
+#[cfg(feature = "viewsample")]
+mod viewsample;
