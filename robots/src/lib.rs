@@ -1,1 +1,68 @@
-//! Kinematics of mobile manipulators: UR5e on a differential-drive base, closed-form IK, collision spheres
+//! Kinematics of mobile manipulators: a UR5e on a differential-drive base, with a camera on the flange.
+//!
+//! - [`Ur5e`]: forward kinematics, Jacobian, and closed-form inverse kinematics that lists every branch, flags
+//!   singular sets and never loses the last solution there.
+//! - [`MobileManipulator`]: base, arm, camera and LiDAR together; collision spheres that contain the solids
+//!   ([`spheres`](MobileManipulator::spheres)), the solids themselves
+//!   ([`link_capsules`](MobileManipulator::link_capsules)), self-clearance, camera inverse kinematics, and
+//!   [`compensate_yaw`](MobileManipulator::compensate_yaw) for a base that came to stand differently than planned.
+//! - [`Posture`]: arm states that look ahead from a wanted height at a wanted elevation.
+//!
+//! Metres, radians, seconds. The base frame has x forward, z up and its origin on the floor at the turning centre;
+//! the camera's optical frame has z forward, x right, y down. Nothing on the planning path allocates.
+//!
+//! ```
+//! use robots::{BodyState, IkSolutions, MobileManipulator};
+//!
+//! let robot = MobileManipulator::default();
+//! let joints = [0.3, -1.2, 1.5, -0.4, 1.3, 0.2];
+//!
+//! // Closed-form inverse kinematics gives the joints back, among the other branches.
+//! let mut found = IkSolutions::default();
+//! robot.arm.ik(&robot.arm.fk(&joints), &mut found);
+//! assert_eq!(found.len(), 8);
+//! let close = |q: &[f64; 6]| q.iter().zip(&joints).all(|(a, b)| (a - b).abs() < 1e-9);
+//! assert!(found.as_slice().iter().any(|s| close(&s.joints)));
+//!
+//! // The base was to stop at yaw 0.5 but stopped at 0.9 and 5 cm short: the camera still gets to its pose.
+//! let goal = BodyState { base: [1.0, 2.0, 0.5], joints };
+//! let fixed = robot.compensate_yaw(&goal, [0.95, 2.0, 0.9], &joints)?;
+//! assert!(fixed.exact && fixed.position_error < 1e-9);
+//!
+//! // Spheres that contain the robot there, for a distance field.
+//! let body = robot.spheres(&BodyState { base: [0.95, 2.0, 0.9], joints: fixed.joints });
+//! assert_eq!(body.arm().len(), 25);
+//! # Ok::<(), robots::Error>(())
+//! ```
+
+mod base;
+mod body;
+mod camera;
+mod collision;
+mod error;
+mod frame;
+mod ik;
+mod jacobians;
+mod manipulator;
+mod posture;
+mod shapes;
+mod ur5e;
+mod view;
+
+pub use base::*;
+pub use body::*;
+pub use camera::*;
+pub use error::Error;
+pub use frame::Frame;
+pub use ik::{IkSolution, IkSolutions, Singular};
+pub use jacobians::*;
+pub use manipulator::*;
+pub use posture::*;
+pub use shapes::{CAMERA_LINK, CAPSULES, Capsule, Cuboid, LinkSizes, Sphere};
+pub use ur5e::Ur5e;
+pub use view::*;
+
+/// The code of the README is tested.
+#[doc = include_str!("../README.md")]
+#[cfg(doctest)]
+pub struct ReadmeDoctests;

@@ -1,0 +1,23 @@
+//! A small generator of test inputs.
+#![allow(dead_code, unreachable_pub)]
+
+use std::f64::consts::PI;
+
+/// SplitMix64.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+    pub fn joints(&mut self) -> [f64; 6] {
+        [0; 6].map(|_| self.within(-PI, PI))
+    }
+}
