@@ -1,1 +1,51 @@
-//! Differential dynamic programming with relaxed barriers for whole-body model predictive control
+//! Differential dynamic programming with relaxed barriers for whole-body model predictive control.
+//!
+//! [`Solver`] minimises a cost over a horizon of inputs by Gauss-Newton DDP (iLQR) with multiple shooting; inequality
+//! constraints enter as [`Barrier`]s (HEATS eq. 9), so that a solve never fails for infeasibility. [`Mpc`] keeps it warm from
+//! control step to control step, and [`guard`](guard()) checks a command against braking before it leaves.
+//!
+//! ```
+//! use ddp_rbf::{Barrier, InputBox, Options, Robot, Solver, Status, Tracking};
+//! use nalgebra::{SMatrix, SVector, matrix, vector};
+//!
+//! // A cart: position and speed, pushed by a force of at most 1.
+//! struct Cart;
+//! impl Robot<2, 1> for Cart {
+//!     fn flow(&self, x: &SVector<f64, 2>, u: &SVector<f64, 1>) -> SVector<f64, 2> { vector![x[1], u[0]] }
+//!     fn jacobians(&self, _: &SVector<f64, 2>, _: &SVector<f64, 1>) -> (SMatrix<f64, 2, 2>, SMatrix<f64, 2, 1>) {
+//!         (matrix![0.0, 1.0; 0.0, 0.0], matrix![0.0; 1.0])
+//!     }
+//! }
+//! // Go to 1 and stand there.
+//! let cost = Tracking::new(vec![vector![1.0, 0.0]; 41], vec![vector![0.0]; 40], 0.1,
+//!     vector![1.0, 0.1], vector![0.01], vector![100.0, 10.0]);
+//! let push = InputBox::new(vector![-1.0], vector![1.0], Barrier::default());
+//! let mut solver = Solver::new(40, 0.1)?;
+//! let report = solver.solve(&Cart, &cost, &[&push], &vector![0.0, 0.0], &Options::default())?;
+//! assert_eq!(report.status, Status::Converged);
+//! assert!((solver.states()[40] - vector![1.0, 0.0]).norm() < 0.05);
+//! assert!(solver.inputs().iter().all(|u| u[0].abs() < 1.0));
+//! # Ok::<(), ddp_rbf::Error>(())
+//! ```
+
+mod barrier;
+mod check;
+mod constraint;
+mod cost;
+mod error;
+mod guard;
+mod mpc;
+pub mod ode;
+mod robot;
+mod solver;
+
+pub use barrier::Barrier;
+pub use check::check_jacobians;
+pub use constraint::{Constraint, Field, InputBox, StateBox};
+pub use cost::{CostModel, Expansion, Tracking};
+pub use error::Error;
+pub use guard::{GuardParams, Verdict, guard};
+pub use mpc::Mpc;
+pub use nalgebra;
+pub use robot::Robot;
+pub use solver::{Options, Report, Solver, Status};

@@ -1,1 +1,37 @@
-//! Space-time RRT* for arms whose base moves on a known schedule
+//! Space-time RRT* for arms whose base moves on a known schedule (HEATS sect. V-A).
+//!
+//! The base's poses are given at equal times; the arm has to go from one joint state at the first time to another at the last,
+//! each joint within its speed, every whole-body state free, with the least sum of joint distances. [`plan`] searches the
+//! product of joint space and time; where the arm needs longer than the base, it waits with the base standing.
+//!
+//! ```
+//! use strrt::{Params, Robot, Status, plan};
+//!
+//! // One joint that must stay below a bar: at steps 4 to 6 nothing above 0.2 rad is free.
+//! struct UnderTheBar;
+//! impl Robot<1> for UnderTheBar {
+//!     fn limits(&self) -> [(f64, f64); 1] { [(-1.0, 1.0)] }
+//!     fn max_speed(&self) -> [f64; 1] { [1.0] }
+//!     fn is_valid(&self, q: &[f64; 1], step: usize) -> bool {
+//!         !(4..=6).contains(&step) || q[0] < 0.2
+//!     }
+//! }
+//! let found = plan(&UnderTheBar, [0.5], [0.5], 12, 0.1, &Params::default(), 1)?;
+//! assert_eq!(found.status, Status::Solved);
+//! assert!(found.path[5][0] < 0.2);
+//! assert_eq!(found.path[11], [0.5]);
+//! # Ok::<(), strrt::Error>(())
+//! ```
+
+mod error;
+mod line;
+mod plan;
+mod refine;
+mod rng;
+mod robot;
+mod tree;
+
+pub use error::Error;
+pub use line::{steps_needed, straight};
+pub use plan::{Params, Plan, Reason, Status, Variant, plan};
+pub use robot::Robot;

@@ -1,0 +1,56 @@
+//! What the solver must know about a robot's motion.
+
+use crate::ode::{rk4, rk4_sensitivity};
+use nalgebra::{SMatrix, SVector};
+
+/// A robot with `NX` states and `NU` inputs.
+///
+/// Laws: [`jacobians`](Self::jacobians) are the derivatives of [`flow`](Self::flow), and
+/// [`linearize`](Self::linearize) those of [`step`](Self::step); [`check_jacobians`](crate::check_jacobians) tests the first.
+pub trait Robot<const NX: usize, const NU: usize> {
+    /// Rate of change of the state, per second.
+    fn flow(&self, x: &SVector<f64, NX>, u: &SVector<f64, NU>) -> SVector<f64, NX>;
+    /// Derivatives of the flow by state and by input.
+    fn jacobians(
+        &self,
+        x: &SVector<f64, NX>,
+        u: &SVector<f64, NU>,
+    ) -> (SMatrix<f64, NX, NX>, SMatrix<f64, NX, NU>);
+    /// The state after `dt` s with the input held; one Runge-Kutta step by default.
+    fn step(&self, x: &SVector<f64, NX>, u: &SVector<f64, NU>, dt: f64) -> SVector<f64, NX> {
+        rk4(self, x, u, dt)
+    }
+    /// Derivatives of [`step`](Self::step) by state and by input.
+    fn linearize(
+        &self,
+        x: &SVector<f64, NX>,
+        u: &SVector<f64, NU>,
+        dt: f64,
+    ) -> (SMatrix<f64, NX, NX>, SMatrix<f64, NX, NU>) {
+        rk4_sensitivity(self, x, u, dt)
+    }
+}
+
+impl<const NX: usize, const NU: usize, R: Robot<NX, NU> + ?Sized> Robot<NX, NU> for &R {
+    fn flow(&self, x: &SVector<f64, NX>, u: &SVector<f64, NU>) -> SVector<f64, NX> {
+        (**self).flow(x, u)
+    }
+    fn jacobians(
+        &self,
+        x: &SVector<f64, NX>,
+        u: &SVector<f64, NU>,
+    ) -> (SMatrix<f64, NX, NX>, SMatrix<f64, NX, NU>) {
+        (**self).jacobians(x, u)
+    }
+    fn step(&self, x: &SVector<f64, NX>, u: &SVector<f64, NU>, dt: f64) -> SVector<f64, NX> {
+        (**self).step(x, u, dt)
+    }
+    fn linearize(
+        &self,
+        x: &SVector<f64, NX>,
+        u: &SVector<f64, NU>,
+        dt: f64,
+    ) -> (SMatrix<f64, NX, NX>, SMatrix<f64, NX, NU>) {
+        (**self).linearize(x, u, dt)
+    }
+}
