@@ -64,7 +64,7 @@ pub fn by_inputs(jacobian: &SphereJacobian, yaw: f64) -> [[f64; 8]; 3] {
     })
 }
 
-fn point_jacobian(
+pub(crate) fn point_jacobian(
     frames: &[Frame; 7],
     base: [f64; 3],
     point: [f64; 3],

@@ -44,10 +44,14 @@ mod frame;
 mod ik;
 mod jacobians;
 mod manipulator;
+#[cfg(feature = "ddp-rbf")]
+mod mpc;
 mod posture;
 mod shapes;
+mod traits;
 mod ur5e;
 mod view;
+mod world;
 
 pub use base::*;
 pub use body::*;
@@ -57,10 +61,15 @@ pub use frame::Frame;
 pub use ik::{IkSolution, IkSolutions, Singular};
 pub use jacobians::*;
 pub use manipulator::*;
+#[cfg(feature = "ddp-rbf")]
+pub use mpc::{FieldClearance, SelfClearance};
 pub use posture::*;
 pub use shapes::{CAMERA_LINK, CAPSULES, Capsule, Cuboid, LinkSizes, Sphere};
+#[cfg(feature = "viewsample")]
+pub use traits::library;
 pub use ur5e::Ur5e;
 pub use view::*;
+pub use world::{InWorld, OnSchedule};
 
 /// The code of the README is tested.
 #[doc = include_str!("../README.md")]

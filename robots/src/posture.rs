@@ -1,9 +1,10 @@
 //! Camera postures: arm states that look ahead of the base from a given height at a given elevation.
 
 use crate::error::Error;
-use crate::frame::{Frame, V3, cross, dot, scale, sub};
+use crate::frame::{Frame, V3, add, cross, dot, scale, sub};
+use crate::ik::wrap;
 use crate::manipulator::{BodyState, MobileManipulator};
-use crate::view::SELF_MARGIN;
+use crate::view::{CameraSolution, SELF_MARGIN};
 
 /// What the camera of a posture should see.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +67,10 @@ pub struct PostureWeights {
     pub hidden: f64,
     /// Price of a second that the slowest joint needs from the level posture.
     pub second: f64,
+    /// Price of a radian of each joint off zero: decides between mirrored postures.
+    pub turn: f64,
+    /// How many times the price of the first of several postures counts: it is held most of the time.
+    pub first: f64,
     /// Tangents of half the image's angles, used for `hidden`: horizontal, vertical.
     pub tan_half: [f64; 2],
 }
@@ -74,18 +79,20 @@ impl Default for PostureWeights {
     fn default() -> Self {
         Self {
             ahead: [0.10, 0.70, 0.05],
-            beside: [-0.20, 0.20, 0.05],
+            beside: [-0.30, 0.30, 0.05],
             height: [-0.20, 0.10, 0.05],
             height_price: 2.0,
             overhang: 3.0,
             offset: 0.5,
             clearance: 0.04,
-            clearance_price: 20.0,
+            clearance_price: 60.0,
             manipulability: 0.02,
             manipulability_price: 0.5,
             elbow_drop: 2.0,
-            hidden: 3.0,
-            second: 0.35,
+            hidden: 10.0,
+            second: 1.5,
+            turn: 0.01,
+            first: 1.0,
             // Half of 87 and 58 degrees.
             tan_half: [0.949, 0.554],
         }
@@ -144,19 +151,7 @@ impl MobileManipulator {
         for [x, y, dz] in places {
             let camera = looking([x, y, view.height + dz], 0.0, view.pitch);
             for s in self.ik_camera_frame([0.0; 3], &camera, near).as_slice() {
-                let mut p = Posture {
-                    view: *view,
-                    joints: s.joints,
-                    camera,
-                    reach: 0.0,
-                    overhang: 0.0,
-                    clearance: s.clearance,
-                    manipulability: s.manipulability,
-                    hidden: 0.0,
-                    price: 0.0,
-                };
-                self.measure(&mut p, weights);
-                out.push(p);
+                out.push(self.measured(view, &camera, s, weights));
             }
         }
         out
@@ -179,7 +174,6 @@ impl MobileManipulator {
         }
         let candidates = self.posture_candidates(view, near, weights);
         self.choose(&candidates, near, weights)
-            .copied()
             .ok_or_else(|| no_posture(view))
     }
 
@@ -215,8 +209,7 @@ impl MobileManipulator {
                     .map(|p| self.price_from(p, &home.joints, weights));
                 prices.fold(f64::INFINITY, f64::min)
             });
-            // The first posture is held most of the time.
-            home.price * views.len() as f64 + rest.sum::<f64>()
+            weights.first * home.price + rest.sum::<f64>()
         };
         let best = homes
             .iter()
@@ -229,8 +222,7 @@ impl MobileManipulator {
         let mut out = vec![*home];
         for (view, set) in views.iter().zip(&sets).skip(1) {
             out.push(
-                *self
-                    .choose(set, &home.joints, weights)
+                self.choose(set, &home.joints, weights)
                     .ok_or_else(|| no_posture(view))?,
             );
         }
@@ -245,26 +237,58 @@ impl MobileManipulator {
         self.postures(&default_views(), &PostureWeights::default())
     }
 
-    fn price_from(&self, p: &Posture, near: &[f64; 6], weights: &PostureWeights) -> f64 {
-        p.price + weights.second * self.arm_seconds(near, &p.joints)
-    }
-
-    fn choose<'a>(
+    /// Joints that bring the camera to `base_from_camera`, the cheapest by `weights` from `near`; `None` if every
+    /// solution leaves the joint limits or touches the robot itself.
+    #[must_use]
+    pub fn reach(
         &self,
-        set: &'a [Posture],
+        base_from_camera: &Frame,
         near: &[f64; 6],
         weights: &PostureWeights,
-    ) -> Option<&'a Posture> {
+    ) -> Option<[f64; 6]> {
+        let view = View {
+            height: base_from_camera.p[2],
+            pitch: base_from_camera.z[2].clamp(-1.0, 1.0).asin(),
+        };
+        let found = self.ik_camera_frame([0.0; 3], base_from_camera, near);
+        let mut set = [None; 8];
+        for (slot, s) in set.iter_mut().zip(found.as_slice()) {
+            *slot = Some(self.measured(&view, base_from_camera, s, weights));
+        }
+        let set: Vec<Posture> = set.into_iter().flatten().collect();
+        Some(self.choose(&set, near, weights)?.joints)
+    }
+
+    fn price_from(&self, p: &Posture, near: &[f64; 6], weights: &PostureWeights) -> f64 {
+        // Whole turns are taken off when the posture is chosen.
+        let turn = |j: usize| wrap(p.joints[j] - near[j]).abs() / self.limits.joint_speed[j];
+        p.price + weights.second * (0..6).map(turn).fold(0.0, f64::max)
+    }
+
+    fn choose(
+        &self,
+        set: &[Posture],
+        near: &[f64; 6],
+        weights: &PostureWeights,
+    ) -> Option<Posture> {
         let mut order: Vec<(f64, &Posture)> = set
             .iter()
             .map(|p| (self.price_from(p, near, weights), p))
             .collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        order
-            .iter()
-            .find(|(_, p)| self.line_is_free(near, &p.joints))
-            .or(order.first())
-            .map(|(_, p)| *p)
+        let mut copies = order.iter().filter_map(|(_, p)| {
+            let joints = self.arm.nearest_copy(&p.joints, near)?;
+            Some(Posture { joints, ..**p })
+        });
+        let first = copies.next()?;
+        if self.line_is_free(near, &first.joints) {
+            return Some(first);
+        }
+        Some(
+            copies
+                .find(|p| self.line_is_free(near, &p.joints))
+                .unwrap_or(first),
+        )
     }
 
     /// True if the straight joint motion from `a` to `b` keeps a self-clearance of [`SELF_MARGIN`], checked every
@@ -285,7 +309,24 @@ impl MobileManipulator {
         })
     }
 
-    fn measure(&self, p: &mut Posture, weights: &PostureWeights) {
+    fn measured(
+        &self,
+        view: &View,
+        camera: &Frame,
+        s: &CameraSolution,
+        weights: &PostureWeights,
+    ) -> Posture {
+        let mut p = Posture {
+            view: *view,
+            joints: s.joints,
+            camera: *camera,
+            reach: 0.0,
+            overhang: 0.0,
+            clearance: s.clearance,
+            manipulability: s.manipulability,
+            hidden: 0.0,
+            price: 0.0,
+        };
         let state = BodyState {
             base: [0.0; 3],
             joints: p.joints,
@@ -308,24 +349,38 @@ impl MobileManipulator {
             + weights.manipulability_price
                 * (1.0 - p.manipulability / weights.manipulability).max(0.0)
             + weights.elbow_drop * (shoulder - elbow).max(0.0)
-            + weights.hidden * p.hidden;
+            + weights.hidden * p.hidden
+            + weights.turn * p.joints.iter().map(|q| q.abs()).sum::<f64>();
+        p
     }
 
     /// Share of a grid of 9 x 7 rays through the image that hit the robot.
     fn hidden_share(&self, state: &BodyState, camera: &Frame, tan_half: [f64; 2]) -> f64 {
-        let capsules = self.link_capsules(state);
+        let solids = self.link_capsules(state);
+        // In the optical frame; what lies behind the lens cannot be seen.
+        let solids = solids.iter().map(|c| {
+            (
+                camera.apply_inverse(c.a),
+                camera.apply_inverse(c.b),
+                c.radius,
+            )
+        });
+        let capsules: Vec<(V3, V3, f64)> = solids
+            .filter(|(a, b, r)| a[2].max(b[2]) + r > 0.0)
+            .collect();
         let base = self.base_box(state.base);
+        let origin = base.frame.apply_inverse(camera.p);
         let (columns, rows) = (9, 7);
         let mut hit = 0;
         for i in 0..columns {
             for j in 0..rows {
-                let u = tan_half[0] * (2.0 * (i as f64 + 0.5) / f64::from(columns) - 1.0);
-                let v = tan_half[1] * (2.0 * (j as f64 + 0.5) / f64::from(rows) - 1.0);
-                let ray = camera.rotate([u, v, 1.0]);
+                let u = tan_half[0] * (2.0 * (f64::from(i) + 0.5) / f64::from(columns) - 1.0);
+                let v = tan_half[1] * (2.0 * (f64::from(j) + 0.5) / f64::from(rows) - 1.0);
+                let ray = [u, v, 1.0];
                 let blocked = capsules
                     .iter()
-                    .any(|c| ray_hits_capsule(camera.p, ray, c.a, c.b, c.radius))
-                    || ray_hits_box(base.frame.apply_inverse(camera.p), ray, base.half);
+                    .any(|(a, b, r)| ray_hits_capsule(ray, *a, *b, *r))
+                    || ray_hits_box(origin, camera.rotate(ray), base.half);
                 hit += i32::from(blocked);
             }
         }
@@ -352,14 +407,13 @@ fn steps([first, last, step]: [f64; 3]) -> impl Iterator<Item = f64> {
     (0..=n).map(move |i| first + i as f64 * step)
 }
 
-/// Closest approach of a ray (any length of direction) to a segment, sampled along the segment.
-fn ray_hits_capsule(origin: V3, ray: V3, a: V3, b: V3, radius: f64) -> bool {
+/// True if a ray from the origin passes the segment within `radius`, checked at nine points of it.
+fn ray_hits_capsule(ray: V3, a: V3, b: V3, radius: f64) -> bool {
     let square = dot(ray, ray);
     (0..=8).any(|i| {
-        let point = [0, 1, 2].map(|k| a[k] + f64::from(i) / 8.0 * (b[k] - a[k]));
-        let to = sub(point, origin);
-        let along = dot(to, ray) / square;
-        let off = sub(to, scale(ray, along.max(0.0)));
+        let point = add(a, scale(sub(b, a), f64::from(i) / 8.0));
+        let along = dot(point, ray) / square;
+        let off = sub(point, scale(ray, along));
         along > 0.0 && dot(off, off) < radius * radius
     })
 }
