@@ -6,6 +6,7 @@
 //!   ([`spheres`](MobileManipulator::spheres)), the solids themselves
 //!   ([`link_capsules`](MobileManipulator::link_capsules)), self-clearance, camera inverse kinematics, and
 //!   [`compensate_yaw`](MobileManipulator::compensate_yaw) for a base that came to stand differently than planned.
+//! - [`LiftHead`]: a PR2-like robot whose camera sits on a pan-tilt head over a lifting torso.
 //! - [`Posture`]: arm states that look ahead from a wanted height at a wanted elevation.
 //!
 //! Metres, radians, seconds. The base frame has x forward, z up and its origin on the floor at the turning centre;
@@ -41,6 +42,7 @@ mod camera;
 mod collision;
 mod error;
 mod frame;
+mod head;
 mod ik;
 mod jacobians;
 mod manipulator;
@@ -58,6 +60,7 @@ pub use body::*;
 pub use camera::*;
 pub use error::Error;
 pub use frame::Frame;
+pub use head::{HeadState, LiftHead};
 pub use ik::{IkSolution, IkSolutions, Singular};
 pub use jacobians::*;
 pub use manipulator::*;
