@@ -339,22 +339,24 @@ fn asking_for_too_much_is_counted_by_tick() {
 }
 
 #[test]
-fn a_joint_stops_at_the_end_of_its_range() {
+fn a_joint_brakes_before_the_end_of_its_range() {
     let mut joints = [0.0; JOINTS];
-    joints[2] = std::f64::consts::PI - 0.05;
+    joints[2] = std::f64::consts::PI - 0.5;
     let mut sim = start(&scene(vec![], vec![]), joints).unwrap();
     let mut qd = [0.0; JOINTS];
     qd[2] = 0.8;
-    for _ in 0..50 {
+    let mut fastest: f64 = 0.0;
+    for _ in 0..150 {
         sim.step(&Command {
             qd,
             ..Command::default()
         });
+        fastest = fastest.max(sim.state().qd[2]);
     }
-    assert_eq!(sim.state().joints[2], std::f64::consts::PI);
-    assert_eq!(sim.state().qd[2], 0.0);
+    let left = std::f64::consts::PI - sim.state().joints[2];
+    assert!((0.0..1e-3).contains(&left), "{left}");
+    assert_eq!(fastest, 0.8);
     assert!(sim.tally().limit_violations > 0);
-    assert!((sim.tally().joint_rotation - 0.05).abs() < 1e-9);
 }
 
 #[test]

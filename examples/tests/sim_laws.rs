@@ -198,7 +198,7 @@ proptest! {
         let (columns, rows) = lidar.size();
         let range = |p: &[f32; 3]| (0..3).map(|k| (f64::from(p[k]) - scan.origin[k]).powi(2)).sum::<f64>().sqrt();
         let near = (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r)));
-        let near = near.filter(|&(c, r)| f64::from(lidar.reach(c, r)) / lidar.elevation(r).cos() < 0.1 - 1e-6);
+        let near = near.filter(|&(c, r)| f64::from(lidar.reach(c, r)) / lidar.elevation(r).cos() < 0.1 + 1e-6);
         prop_assert!(scan.hits.len() + scan.misses.len() + near.count() >= columns * rows);
         prop_assert!(scan.misses.iter().all(|p| (range(p) - 10.0).abs() < 1e-4));
         prop_assert!(scan.hits.iter().all(|p| (0.1 - 1e-4..10.0 + 1e-4).contains(&range(p))));

@@ -6,16 +6,20 @@ mod scene_support;
 use parry3d::math::{Mat3, Pose, Rot3};
 use parry3d::shape::{Capsule, Cuboid, Cylinder};
 use proptest::prelude::*;
-use scene_support::{cast_by_parry, distance_by_parry, near_edge, parry, scene, shape, v};
-use seekplan::scene::Scene;
+use scene_support::{
+    cast_by_parry, distance_by_parry, meets_by_parry, near_edge, parry, scene, shape, v,
+};
+use seekplan::scene::{Scene, Shape};
 use seekplan::sim::{
     DepthCamera, DepthModel, GroundTruth, Lidar, LidarModel, Noise, PartShape, World,
 };
 
 /// parry works in f32: at 12 m a coordinate has steps of 1e-6 m, a grazing angle magnifies them.
 const TOLERANCE: f64 = 2e-3;
-/// Neighbouring rays tried for rays that graze an edge, rad.
-const SPREAD: f64 = 3e-4;
+/// parry casts rays on cylinders by GJK, which stops some millimetres early.
+const ROUND: f64 = 5e-3;
+/// Neighbouring rays tried for rays that graze an edge, rad; parry finds round shapes by GJK, up to a millimetre off.
+const SPREAD: f64 = 1e-3;
 
 fn direction(azimuth: f64, elevation: f64) -> [f64; 3] {
     let ((sa, ca), (se, ce)) = (azimuth.sin_cos(), elevation.sin_cos());
@@ -49,7 +53,7 @@ fn check_rays(scene: &Scene, origin: [f64; 3], angles: &[(f64, f64)], max: f64) 
             .unwrap_or(f64::INFINITY);
         let exact = |da, de| cast_by_parry(&all, 0.0, origin, direction(a + da, e + de), max);
         assert!(
-            near_edge(t, TOLERANCE, exact, SPREAD),
+            near_edge(t, ROUND, exact, SPREAD),
             "from {origin:?} along ({a}, {e}): {t}, parry {}",
             exact(0.0, 0.0)
         );
@@ -59,14 +63,48 @@ fn check_rays(scene: &Scene, origin: [f64; 3], angles: &[(f64, f64)], max: f64) 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// One ray through the tree meets what parry meets over all shapes.
+    /// One ray through the tree meets what parry meets over all shapes. Cylinders are left out: parry's GJK now and
+    /// then finds one that a ray passes by a millimetre; the next law holds for them.
     #[test]
     fn casts_agree_with_parry(
         shapes in prop::collection::vec(shape(), 1..40),
         origin in [-6.0..6.0, -6.0..6.0, 0.1..2.5],
         angles in prop::collection::vec((-3.2..3.2, -1.5..1.5), 50),
     ) {
-        check_rays(&scene(shapes, vec![]), origin, &angles, 10.0);
+        let shapes = shapes.into_iter().filter(|s| !matches!(s, Shape::Cylinder(_)));
+        check_rays(&scene(shapes.collect(), vec![]), origin, &angles, 10.0);
+    }
+
+    /// A ray ends on a surface, to a micrometre, and nowhere before does it pass through a solid.
+    #[test]
+    fn casts_end_at_the_first_surface(
+        shapes in prop::collection::vec(shape(), 1..40),
+        origin in [-6.0..6.0, -6.0..6.0, 0.1..2.5],
+        angles in prop::collection::vec((-3.2..3.2, -1.5..1.5), 20),
+    ) {
+        let scene = scene(shapes, vec![]);
+        let world = World::new(&scene);
+        let (origin, max): ([f64; 3], f64) = (origin, 8.0);
+        let inside = |p: [f64; 3]| p[2] < 0.0 || world.solids().iter().any(|s| s.contains(p));
+        for (a, e) in angles {
+            let d = direction(a, e);
+            let at = |t: f64| [0, 1, 2].map(|k| origin[k] + t * d[k]);
+            let hit = world.cast(origin, d, max);
+            if inside(origin) {
+                // A ray from within a mesh ends at its skin.
+                continue;
+            }
+            let end = hit.unwrap_or(max);
+            for i in 1..400 {
+                let t = end * f64::from(i) / 400.0;
+                prop_assert!(t > end - 1e-4 || !inside(at(t)), "inside at {t} before {end}");
+            }
+            if hit.is_some() {
+                // Grazing hits may leave at once; a sphere of a micrometre around the hit must touch.
+                let ball = PartShape::Capsule { a: at(end), b: at(end), radius: 0.0 };
+                prop_assert!(world.distance(&ball, 1.0) < 2e-5, "{} off", world.distance(&ball, 1.0));
+            }
+        }
     }
 
     /// Every ray of a LiDAR scan is the ray cast alone.
@@ -101,6 +139,8 @@ proptest! {
     ) {
         let scene = scene(shapes, vec![]);
         let world = World::new(&scene);
+        // A camera within rounding of a face sees it or not.
+        prop_assume!(world.distance(&PartShape::Capsule { a: origin, b: origin, radius: 0.0 }, 1.0) > 1e-4);
         let mut camera = DepthCamera::new(DepthModel { size: [31, 22], ..DepthModel::default() }, Noise::default());
         let rotation = look(yaw, pitch, roll);
         camera.scan(&world, &(rotation, origin));
@@ -179,12 +219,11 @@ proptest! {
         cells(&mut |c| {
             let low = [-3.0, -3.0, 0.0];
             let center = [0, 1, 2].map(|k| low[k] + 0.3 * (f64::from(c[k]) + 0.5));
-            let at = Pose::from_translation(v(center));
-            let meets = |half: f64| distance_by_parry(&all, &Cuboid::new(v([half; 3])), &at) <= 0.0;
+            let meets = |half: f64| meets_by_parry(&all, center, half);
             // Surely filled if even a smaller core is met, surely not if a larger one is free.
             let core = 0.15 - GroundTruth::DEPTH;
-            if meets(core - 1e-3) { assert!(truth.is_solid(c), "{c:?}"); }
-            if !meets(core + 1e-3) { assert!(!truth.is_solid(c), "{c:?}"); }
+            if meets(core - TOLERANCE) { assert!(truth.is_solid(c), "{c:?}"); }
+            if !meets(core + TOLERANCE) { assert!(!truth.is_solid(c), "{c:?}"); }
             let beside = |test: &dyn Fn([i32; 3]) -> bool| {
                 (0..3).any(|k| [-1, 1].iter().any(|d| { let mut n = c; n[k] += d; test(n) }))
             };

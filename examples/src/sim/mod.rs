@@ -6,6 +6,7 @@ mod body;
 mod camera;
 mod clearance;
 mod detector;
+mod distance;
 mod lidar;
 mod noise;
 mod raster;

@@ -185,6 +185,17 @@ fn period(rate: f64) -> u64 {
     ((1.0 / (rate * TICK)).round() as u64).max(1)
 }
 
+/// Largest speed from which a joint that moves on for one tick can then stop within `room`:
+/// v^2 / 2a + v TICK = room. Braking at `a` from such a speed keeps to it at every later tick.
+fn stoppable(room: f64, a: f64) -> f64 {
+    let room = room.max(0.0);
+    if a > 0.0 {
+        a * ((TICK * TICK + 2.0 * room / a).sqrt() - TICK)
+    } else {
+        room / TICK
+    }
+}
+
 /// Angle between two rotations, rad.
 fn angle(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> f64 {
     // Half the Frobenius distance is sqrt(2) sin(angle / 2); accurate near zero, unlike the trace.
@@ -338,15 +349,12 @@ impl<K: Kinematics> Simulator<K> {
             qd[k] = clip(command.qd[k], s.qd[k], l.joint_v[k], l.joint_a[k]);
         }
         for k in 0..JOINTS {
-            // The end of a joint's range is a hard stop.
+            // Fast enough to stop before the end of the joint's range, and no faster.
             let (low, high) = l.joint_range[k];
-            let next = s.joints[k] + qd[k] * TICK;
-            if next < low - SLACK || next > high + SLACK {
-                violated = true;
-            }
-            if next < low || next > high {
-                qd[k] = (next.clamp(low, high) - s.joints[k]) / TICK;
-            }
+            let down = stoppable(s.joints[k] - low, l.joint_a[k]);
+            let up = stoppable(high - s.joints[k], l.joint_a[k]);
+            violated |= qd[k] < -down - SLACK || qd[k] > up + SLACK;
+            qd[k] = qd[k].clamp(-down, up);
         }
         (Command { v, w, qd }, violated)
     }

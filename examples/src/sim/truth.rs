@@ -1,5 +1,6 @@
 //! Ground truth on a voxel grid: which space can be reached, which surface can be seen (G item 10).
 
+use super::distance::{Plan, Prism};
 use super::world::World;
 use crate::scene::parry_vector as vec3;
 use crate::scene::{Form, Scene, Solid};
@@ -173,6 +174,7 @@ impl GroundTruth {
         let straight = matches!(solid.form, Form::Box(_))
             && solid.upright
             && solid.axes[0].iter().any(|v| v.abs() > 1.0 - 1e-12);
+        let prism = Prism::of(solid);
         let (shape, at) = solid.parry();
         for z in first[2]..past[2] {
             for y in first[1]..past[1] {
@@ -182,6 +184,11 @@ impl GroundTruth {
                         (0..3).all(|k| {
                             center[k] + half > solid.low[k] && center[k] - half < solid.high[k]
                         })
+                    } else if let Some(prism) = &prism {
+                        // Exact, where parry's f32 GJK is not on round shapes.
+                        let plan = Plan::Rectangle([center[0], center[1]], [1.0, 0.0], [half; 2]);
+                        let (low, high) = (center[2] - half, center[2] + half);
+                        prism.distance(&Prism { plan, low, high }) <= 0.0
                     } else {
                         let cell = Pose::from_translation(vec3(center));
                         intersection_test(&cell, &probe, at, shape.as_ref())
