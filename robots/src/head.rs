@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::frame::Frame;
 use crate::ik::wrap;
+use std::f64::consts::PI;
 
 /// State of a [`LiftHead`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -62,7 +63,7 @@ impl Default for LiftHead {
 
 impl LiftHead {
     /// The figures printed in the FLAP paper and used by its program: pan over 350 and tilt over 115 degrees, camera
-    /// heights of 1.484 to 1.784 m, lift 0.01 m/s, head 3.14 rad/s.
+    /// heights of 1.484 to 1.784 m, lift 0.01 m/s, head half a turn a second.
     #[must_use]
     pub fn flap() -> Self {
         let half = 175.0f64.to_radians();
@@ -70,7 +71,7 @@ impl LiftHead {
             torso_limits: (0.020, 0.320),
             pan_limits: (-half, half),
             tilt_limits: (-0.471, 115.0f64.to_radians() - 0.471),
-            speeds: [0.01, 3.14, 3.14],
+            speeds: [0.01, PI, PI],
             ..Self::default()
         }
     }
