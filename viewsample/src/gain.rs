@@ -35,6 +35,8 @@ pub(crate) struct Sensors {
     pub(crate) depth: Frustum,
     pub(crate) rgb: Frustum,
     pub(crate) allowance: u32,
+    /// Cosine of the largest incidence on inspection faces.
+    incidence: Option<f64>,
     exploration_weight: f64,
     inspection_weight: f64,
 }
@@ -46,6 +48,7 @@ impl Sensors {
             depth: params.depth,
             rgb: params.rgb,
             allowance: params.unknown_allowance,
+            incidence: params.max_incidence.map(f64::cos),
             exploration_weight: params.exploration_weight,
             inspection_weight: params.inspection_weight,
         }
@@ -74,12 +77,19 @@ impl Sensors {
 
     /// Columns around what the cameras reach.
     pub(crate) fn camera_rectangle(&self, world: &World, camera: &Pose) -> Option<[i32; 4]> {
-        let (a, b) = self.depth.bounds(camera);
-        let (c, d) = self.rgb.bounds(camera);
-        world.rectangle(
-            [a[0].min(c[0]), a[1].min(c[1])],
-            [b[0].max(d[0]), b[1].max(d[1])],
-        )
+        // All rays run between the eye and the frontier cells.
+        let ([floor, ceiling], z) = (world.heights(), camera.translation[2]);
+        let (floor, ceiling) = (floor.min(z), ceiling.max(z));
+        let both = [&self.depth, &self.rgb]
+            .into_iter()
+            .filter_map(|f| f.footprint(camera, floor, ceiling));
+        let (low, high) = both.reduce(|a, b| {
+            (
+                [0, 1].map(|n| a.0[n].min(b.0[n])),
+                [0, 1].map(|n| a.1[n].max(b.1[n])),
+            )
+        })?;
+        world.rectangle(low, high)
     }
 
     /// B_e^lidar: exploration cells in sight of the LiDAR.
@@ -119,10 +129,26 @@ impl Sensors {
         known: &[(u32, u64)],
         mut visit: impl FnMut(usize, u64, u64),
     ) {
+        let eye = world.eye(camera.translation);
+        self.camera_covers(world, camera, known, |word, e, i| {
+            let mask = world.visible(&eye, word, e | i, self.allowance);
+            if mask != 0 {
+                visit(word, e & mask, i & mask);
+            }
+        });
+    }
+
+    /// The same without sight: all cells inside the frustums.
+    pub(crate) fn camera_covers(
+        &self,
+        world: &World,
+        camera: &Pose,
+        known: &[(u32, u64)],
+        mut visit: impl FnMut(usize, u64, u64),
+    ) {
         let Some(rectangle) = self.camera_rectangle(world, camera) else {
             return;
         };
-        let eye = world.eye(camera.translation);
         let h = world.cell_size;
         let up = camera.rotation[2].map(|v| v * h);
         each_word(world, rectangle, |word| {
@@ -137,12 +163,16 @@ impl Sensors {
             let at = |n: u32| [0, 1, 2].map(|a| p[a] + f64::from(n) * up[a]);
             e = keep(e, |n| self.depth.covers(at(n)));
             i = keep(i, |n| self.rgb.covers(at(n)));
-            if e | i == 0 {
-                return;
+            if let Some(least) = self.incidence {
+                let c = world.center(world.cell(word));
+                let t = camera.translation;
+                let way = [0, 1, 2].map(|a| t[a] - c[a]);
+                i = keep(i, |n| {
+                    world.faces_eye(word, n, [way[0], way[1], way[2] - h * f64::from(n)], least)
+                });
             }
-            let mask = world.visible(&eye, word, e | i, self.allowance);
-            if mask != 0 {
-                visit(word, e & mask, i & mask);
+            if e | i != 0 {
+                visit(word, e, i);
             }
         });
     }
@@ -160,7 +190,10 @@ impl Sensors {
         let Some((word, bit)) = world.index(c) else {
             return false;
         };
-        frustum.covers(camera.to_camera(world.center(c)))
+        let center = world.center(c);
+        let way = [0, 1, 2].map(|a| camera.translation[a] - center[a]);
+        frustum.covers(camera.to_camera(center))
+            && self.incidence.is_none_or(|least| !inspection || world.faces_eye(word, bit, way, least))
             && world.visible(eye, word, 1 << bit, self.allowance) != 0
     }
 }

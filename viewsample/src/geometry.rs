@@ -124,6 +124,59 @@ impl Frustum {
         (low, high)
     }
 
+    /// Rectangle in the plane around the part of the frustum between two heights, m; none if that
+    /// part is empty.
+    pub(crate) fn footprint(
+        &self,
+        pose: &Pose,
+        floor: f64,
+        ceiling: f64,
+    ) -> Option<([f64; 2], [f64; 2])> {
+        let corner = |sx: f64, sy: f64| {
+            let c = [
+                sx * self.tan_half_h * self.far,
+                sy * self.tan_half_v * self.far,
+                self.far,
+            ];
+            [0, 1, 2].map(|a| {
+                let r = &pose.rotation[a];
+                pose.translation[a] + r[0] * c[0] + r[1] * c[1] + r[2] * c[2]
+            })
+        };
+        let base = [
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(1.0, 1.0),
+            corner(-1.0, 1.0),
+        ];
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let mut add = |p: [f64; 3]| {
+            for a in 0..2 {
+                let v =
+                    pose.translation[a] + (p[a] - pose.translation[a]).clamp(-self.far, self.far);
+                low[a] = low[a].min(v);
+                high[a] = high[a].max(v);
+            }
+        };
+        // Corners of a convex body cut by two planes: its own between them, and its edges on them.
+        for n in 0..4 {
+            for (p, q) in [(pose.translation, base[n]), (base[n], base[(n + 1) % 4])] {
+                for end in [p, q] {
+                    if (floor..=ceiling).contains(&end[2]) {
+                        add(end);
+                    }
+                }
+                for plane in [floor, ceiling] {
+                    let t = (plane - p[2]) / (q[2] - p[2]);
+                    if (0.0..=1.0).contains(&t) {
+                        add([0, 1, 2].map(|a| p[a] + t * (q[a] - p[a])));
+                    }
+                }
+            }
+        }
+        (low[0] <= high[0]).then_some((low, high))
+    }
+
     pub(crate) fn validate(&self, field: &'static str) -> Result<(), Error> {
         for value in [self.tan_half_h, self.tan_half_v, self.far] {
             if !(value > 0.0 && value.is_finite()) {

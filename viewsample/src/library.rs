@@ -41,8 +41,18 @@ struct Candidate {
     /// Columns in reach of the cameras.
     around: Option<[i32; 4]>,
     free: Check,
-    /// Exploration cells seen by the camera and not by the LiDAR, and inspection cells, if known.
-    seen: Option<(u32, u32)>,
+    look: Look,
+}
+
+/// What is known about the cameras' view: exploration cells the LiDAR does not see, and
+/// inspection cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Look {
+    Open,
+    /// At most as many: those inside the frustums, with or without those the LiDAR has.
+    Within(u32, u32, bool),
+    /// Exactly.
+    Seen(u32, u32),
 }
 
 /// A library: base poses on rings around the centroid, times the postures of the robot.
@@ -141,7 +151,7 @@ impl Library {
                 .extend(postures.iter().map(|posture| Candidate {
                     around: sensors.camera_rectangle(world, &posture.camera.on(pose)),
                     free: Check::Open,
-                    seen: None,
+                    look: Look::Open,
                 }));
         }
     }
@@ -196,8 +206,8 @@ impl Library {
                 if body {
                     c.free = Check::Open;
                 }
-                if c.seen.is_some() && touched(c.around) {
-                    c.seen = None;
+                if c.look != Look::Open && touched(c.around) {
+                    c.look = Look::Open;
                 }
             }
         }
@@ -403,9 +413,10 @@ impl Library {
         let lidar = self
             .lidar_count(context, base)
             .unwrap_or_else(|| count(base.around)[0]);
-        let (extra, inspection) = candidate
-            .seen
-            .unwrap_or_else(|| count(candidate.around).into());
+        let (extra, inspection) = match candidate.look {
+            Look::Open => count(candidate.around).into(),
+            Look::Within(e, i, _) | Look::Seen(e, i) => (e, i),
+        };
         context.sensors.info(lidar + extra, inspection)
     }
 
@@ -414,48 +425,68 @@ impl Library {
         context: &Context<'_, S, R, C>,
         index: usize,
     ) -> bool {
-        self.candidates[index].seen.is_some()
+        matches!(self.candidates[index].look, Look::Seen(..))
             && self
                 .lidar_count(context, &self.bases[index / self.postures])
                 .is_some()
     }
 
-    /// Makes a bound more exact: first the LiDAR, which all postures of the base share.
+    /// Makes a bound one step more exact: cells inside the frustums, the LiDAR's view (which
+    /// all postures of the base share), the cameras' view.
     fn refine<S, R: ?Sized, C: ?Sized>(
         &mut self,
         context: &Context<'_, S, R, C>,
         index: usize,
         effort: &mut Effort,
     ) {
+        let (world, sensors) = (context.world, context.sensors);
         let (b, p) = (index / self.postures, index % self.postures);
-        if self.lidar_count(context, &self.bases[b]).is_none() {
-            effort.lidar_views += 1;
-            let words = context
-                .sensors
-                .lidar_sees(context.world, self.bases[b].pose);
-            let count = gain::count(&words);
-            self.bases[b].lidar = Some(Lidar {
-                words,
-                count,
-                stale_since: None,
-            });
-            // What the camera adds depends on what the LiDAR has.
-            for c in &mut self.candidates[b * self.postures..(b + 1) * self.postures] {
-                c.seen = None;
-            }
-            return;
-        }
-        effort.camera_views += 1;
         let camera = context.postures[p].camera.on(self.bases[b].pose);
+        let has_lidar = self.lidar_count(context, &self.bases[b]).is_some();
+        let known = match &self.bases[b].lidar {
+            Some(lidar) if has_lidar => &lidar.words[..],
+            _ => &[],
+        };
         let (mut extra, mut inspection) = (0, 0);
-        let known = self.bases[b].lidar.as_ref().map_or(&[][..], |l| &l.words);
-        context
-            .sensors
-            .camera_sees(context.world, &camera, known, |_, e, i| {
-                extra += e.count_ones();
-                inspection += i.count_ones();
-            });
-        self.candidates[index].seen = Some((extra, inspection));
+        let add = |_, e: u64, i: u64| {
+            extra += e.count_ones();
+            inspection += i.count_ones();
+        };
+        match self.candidates[index].look {
+            Look::Open => {
+                effort.camera_bounds += 1;
+                sensors.camera_covers(world, &camera, known, add);
+                self.candidates[index].look = Look::Within(extra, inspection, has_lidar);
+            }
+            _ if !has_lidar => {
+                effort.lidar_views += 1;
+                let words = sensors.lidar_sees(world, self.bases[b].pose);
+                let count = gain::count(&words);
+                self.bases[b].lidar = Some(Lidar {
+                    words,
+                    count,
+                    stale_since: None,
+                });
+                // What the cameras add depends on what the LiDAR has.
+                for c in &mut self.candidates[b * self.postures..(b + 1) * self.postures] {
+                    if !matches!(c.look, Look::Within(_, _, false)) {
+                        c.look = Look::Open;
+                    }
+                }
+            }
+            _ => {
+                effort.camera_views += 1;
+                sensors.camera_sees(world, &camera, known, add);
+                self.candidates[index].look = Look::Seen(extra, inspection);
+            }
+        }
+    }
+
+    fn counts(&self, index: usize) -> (u32, u32) {
+        match self.candidates[index].look {
+            Look::Open => (0, 0),
+            Look::Within(e, i, _) | Look::Seen(e, i) => (e, i),
+        }
     }
 
     fn viewpoint<S: Clone, R: ?Sized, C: ?Sized>(
@@ -470,7 +501,7 @@ impl Library {
         );
         let camera = posture.camera.on(base.pose);
         let lidar = base.lidar.as_ref();
-        let (extra, inspection) = self.candidates[index].seen.unwrap_or_default();
+        let (extra, inspection) = self.counts(index);
         let gain: Gain = context
             .sensors
             .gain(lidar.map_or(0, |l| l.count) + extra, inspection);

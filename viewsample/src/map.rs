@@ -24,6 +24,15 @@ pub trait Map {
     /// Observed, and at or above the occupancy threshold.
     fn is_occupied(&self, cell: Cell) -> bool;
 
+    /// The faces of an occupied cell that are open to free space: those not inspected yet, and all of them, as bits in the
+    /// order -x, +x, -y, +y, -z, +z. A map that inspects whole voxels says "all".
+    ///
+    /// With [`Params::max_incidence`](crate::Params::max_incidence) an inspection voxel counts as seen only if one of its open
+    /// faces is.
+    fn faces(&self, _cell: Cell) -> (u8, u8) {
+        (0b11_1111, 0b11_1111)
+    }
+
     /// Visits the voxels pierced by the segment between two world points in order, the first
     /// and the last included, until `visit` breaks.
     fn walk(&self, from: [f64; 3], to: [f64; 3], visit: &mut dyn FnMut(Cell) -> ControlFlow<()>) {
@@ -76,5 +85,8 @@ impl<M: Map + ?Sized> Map for &M {
     }
     fn column(&self, cell: Cell, count: u32) -> (u64, u64) {
         (**self).column(cell, count)
+    }
+    fn faces(&self, cell: Cell) -> (u8, u8) {
+        (**self).faces(cell)
     }
 }

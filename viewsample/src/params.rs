@@ -55,6 +55,9 @@ pub struct Params {
     pub threshold: f64,
     /// Unknown voxels a line of sight may cross.
     pub unknown_allowance: u32,
+    /// Largest angle between the normal of an open face of an inspection voxel and the direction to the camera, rad; none
+    /// counts every voxel in sight, as published.
+    pub max_incidence: Option<f64>,
     /// Map changes farther than this from a base position, m in x or y, cannot touch the body.
     pub body_reach: f64,
     /// How many updates a LiDAR count may lag behind the map (frontier cells that are gone are
@@ -99,6 +102,7 @@ impl Default for Params {
             inspection_weight: 0.8,
             threshold: 2.0,
             unknown_allowance: 2,
+            max_incidence: None,
             body_reach: 1.5,
             lidar_patience: 3,
             relaxed: Relaxed {
@@ -179,6 +183,9 @@ impl Params {
             f64::from(self.unknown_allowance),
             "at most 200",
         )?;
+        if let Some(angle) = self.max_incidence {
+            positive("max_incidence", angle)?;
+        }
         natural("body_reach", self.body_reach)?;
         natural("relaxed.widen", self.relaxed.widen)?;
         count("relaxed.bearings", self.relaxed.bearings, "1 to 1000")?;

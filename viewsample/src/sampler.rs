@@ -87,6 +87,9 @@ impl<S: Clone> Sampler<S> {
             grown = self.world.grow(map, low, high)?;
         }
         self.tick += 1;
+        let widened = self
+            .world
+            .widen(changes.added.iter().flat_map(|c| c.cells).copied());
         if !grown {
             self.world.dirty.clear();
             for (low, high) in changes.boxes {
@@ -112,6 +115,20 @@ impl<S: Clone> Sampler<S> {
                     .set_frontier(*cell, c.kind == Kind::Inspection, true);
             }
         }
+        if self.params.max_incidence.is_some() {
+            if grown {
+                let (low, high) = (self.world.low, self.world.high());
+                self.world.read_faces(map, low, high);
+            }
+            for (low, high) in changes.boxes {
+                self.world.read_faces(map, *low, *high);
+            }
+            for c in changes.added.iter().filter(|c| c.kind == Kind::Inspection) {
+                if let Some((low, high)) = cell_box(c.cells) {
+                    self.world.read_faces(map, low, high);
+                }
+            }
+        }
         self.world.close_update();
         for id in changes.removed {
             self.libraries.remove(id);
@@ -124,7 +141,7 @@ impl<S: Clone> Sampler<S> {
             (&mut self.last_tries, &self.relaxed),
         ] {
             for library in libraries.values_mut() {
-                if grown {
+                if grown || widened {
                     library.lay_out(world, sensors, params, postures);
                 } else if !world.dirty.is_empty() {
                     library.invalidate(world, tick);
@@ -461,4 +478,15 @@ fn hull(changes: &Changes<'_>) -> Option<(Cell, Cell)> {
         add(*c, c.map(|v| v.saturating_add(1)));
     }
     hull
+}
+
+/// Half-open box around cells.
+fn cell_box(cells: &[Cell]) -> Option<(Cell, Cell)> {
+    let first = *cells.first()?;
+    Some(cells.iter().fold((first, first.map(|v| v + 1)), |(low, high), c| {
+        (
+            [0, 1, 2].map(|a| low[a].min(c[a])),
+            [0, 1, 2].map(|a| high[a].max(c[a] + 1)),
+        )
+    }))
 }

@@ -90,12 +90,32 @@ impl ColumnWalk {
     }
 }
 
-/// Lowest and highest cell in z between two parameters of a segment that starts at height `z`
-/// and rises by `dz`.
+/// Binary digits behind the point of a height in cells, and of a parameter in [0, 1].
+const HEIGHT: u32 = 20;
+const PARAMETER: u32 = 30;
+
+/// A height in cells as a whole number of 2^-20 cells.
 #[inline]
-pub(crate) fn run(z: f64, dz: f64, t0: f64, t1: f64) -> (i32, i32) {
-    let (a, b) = (floor(z + dz * t0), floor(z + dz * t1));
-    (a.min(b), a.max(b))
+pub(crate) fn height(z: f64) -> i64 {
+    (z * f64::from(1 << HEIGHT)) as i64
+}
+
+/// A parameter in [0, 1] as a whole number of 2^-30.
+#[inline]
+pub(crate) fn parameter(t: f64) -> i64 {
+    (t * f64::from(1 << PARAMETER)) as i64
+}
+
+/// The cell in z at a parameter of a segment that starts at height `z` and rises by `dz`, for
+/// segments of less than 8000 cells. Whole numbers: cheap, and the same whoever asks.
+#[inline]
+pub(crate) fn cell_in_z(z: i64, dz: i64, t: i64) -> i32 {
+    (((z << PARAMETER) + dz * t) >> (HEIGHT + PARAMETER)) as i32
+}
+
+/// [`cell_in_z`] for segments of any length.
+fn far_cell_in_z(z: i64, dz: i64, t: i64) -> i32 {
+    (((i128::from(z) << PARAMETER) + i128::from(dz) * i128::from(t)) >> (HEIGHT + PARAMETER)) as i32
 }
 
 pub(crate) fn walk(
@@ -104,21 +124,33 @@ pub(crate) fn walk(
     visit: &mut dyn FnMut(Cell) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
     let mut columns = ColumnWalk::new([from[0], from[1]], [to[0], to[1]]);
-    let dz = to[2] - from[2];
-    let mut t0 = 0.0;
+    // Seen from the cell of `from`, so that numbers stay small.
+    let ground = floor(from[2]);
+    let z = height(from[2] - f64::from(ground));
+    let dz = height(to[2] - f64::from(ground)) - z;
+    let near = dz.abs() < 8000 << HEIGHT;
+    let at = |t: f64| {
+        let t = parameter(t);
+        ground
+            + if near {
+                cell_in_z(z, dz, t)
+            } else {
+                far_cell_in_z(z, dz, t)
+            }
+    };
+    let mut k0 = ground;
     loop {
         let exit = columns.exit();
-        let t1 = exit.map_or(1.0, |e| e.0);
-        let (low, high) = run(from[2], dz, t0, t1);
-        for n in 0..=(high - low) {
-            let k = if dz < 0.0 { high - n } else { low + n };
+        let k1 = at(exit.map_or(1.0, |e| e.0));
+        for n in 0..=(k1 - k0).abs() {
+            let k = if k1 < k0 { k0 - n } else { k0 + n };
             visit([columns.at[0], columns.at[1], k])?;
         }
         let Some((_, axis)) = exit else {
             return ControlFlow::Continue(());
         };
         columns.cross(axis);
-        t0 = t1;
+        k0 = k1;
     }
 }
 

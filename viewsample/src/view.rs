@@ -82,6 +82,8 @@ pub struct Effort {
     pub base_checks: u64,
     /// Calls of [`Robot::is_free`](crate::Robot::is_free).
     pub body_checks: u64,
+    /// Camera poses whose cells inside the frustums were counted.
+    pub camera_bounds: u64,
     /// Base positions whose LiDAR view was cast.
     pub lidar_views: u64,
     /// Camera poses whose view was cast.
@@ -92,6 +94,7 @@ impl std::ops::AddAssign for Effort {
     fn add_assign(&mut self, other: Self) {
         self.base_checks += other.base_checks;
         self.body_checks += other.body_checks;
+        self.camera_bounds += other.camera_bounds;
         self.lidar_views += other.lidar_views;
         self.camera_views += other.camera_views;
     }

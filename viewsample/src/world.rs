@@ -19,6 +19,8 @@ pub(crate) struct World {
     pub(crate) low: Cell,
     /// Number of columns in x and y.
     pub(crate) size: [usize; 2],
+    /// Lowest and highest z of any frontier cell so far; empty at first.
+    span: Option<[i32; 2]>,
     /// Words a column.
     pub(crate) words: usize,
     /// Edge of a cell, m; 0 until the first update.
@@ -31,6 +33,8 @@ pub(crate) struct World {
     pub(crate) exploration: Vec<u64>,
     /// Inspection frontier cells.
     pub(crate) inspection: Vec<u64>,
+    /// Open and exposed faces of inspection frontier cells; other entries mean nothing.
+    faces: Vec<(u8, u8)>,
     /// Words of the frontiers as they were before this update.
     touched: Vec<(u32, u64, u64)>,
     is_touched: Vec<bool>,
@@ -110,6 +114,21 @@ impl World {
         (a[0] <= b[0] && a[1] <= b[1]).then_some([a[0], a[1], b[0], b[1]])
     }
 
+    /// Heights between which all frontier cells lie, m.
+    pub(crate) fn heights(&self) -> [f64; 2] {
+        let [low, high] = self.span.unwrap_or([0, 0]);
+        [low, high.saturating_add(1)].map(|k| self.zero[2] + (f64::from(k) - 0.5) * self.cell_size)
+    }
+
+    /// Takes the heights of new frontier cells into account; true if that widens the span.
+    pub(crate) fn widen(&mut self, cells: impl Iterator<Item = Cell>) -> bool {
+        let old = self.span;
+        for [_, _, z] in cells {
+            self.span = Some(self.span.map_or([z, z], |[a, b]| [a.min(z), b.max(z)]));
+        }
+        self.span != old
+    }
+
     /// Makes room for a half-open box of cells; reads what is new from the map. True if the
     /// layout changed.
     pub(crate) fn grow<M: Map + ?Sized>(
@@ -152,6 +171,7 @@ impl World {
         let mut new = Self {
             low: new_low,
             size: [nx, ny],
+            span: self.span,
             words,
             cell_size: map.cell_size(),
             zero: map.center([0; 3]),
@@ -243,6 +263,57 @@ impl World {
         }
     }
 
+    /// Looks up the faces of the inspection frontier cells in a box and one cell around it.
+    pub(crate) fn read_faces<M: Map + ?Sized>(&mut self, map: &M, low: Cell, high: Cell) {
+        self.faces.resize(self.inspection.len() * 64, (0, 0));
+        let (from, to) = (self.low, self.high());
+        let a = [0, 1].map(|n| low[n].saturating_sub(1).max(from[n]));
+        let b = [0, 1].map(|n| high[n].saturating_add(1).min(to[n]));
+        for j in a[1]..b[1] {
+            for i in a[0]..b[0] {
+                let (x, y) = ((i - from[0]) as usize, (j - from[1]) as usize);
+                let column = (y * self.size[0] + x) * self.words;
+                for word in column..column + self.words {
+                    let mut rest = self.inspection[word];
+                    while rest != 0 {
+                        let bit = rest.trailing_zeros() as i32;
+                        rest &= rest - 1;
+                        let k = from[2] + 64 * (word - column) as i32 + bit;
+                        let faces = map.faces([i, j, k]);
+                        let slot = &mut self.faces[word * 64 + bit as usize];
+                        if *slot != faces {
+                            *slot = faces;
+                            self.dirty.mark([x, y]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// True if an eye at `from_cell` (m, relative to the cell's centre) looks at an open face of an inspection cell from
+    /// outside, at an angle to the surface's normal whose cosine is at least `least`. The normal is the face's own, or the mean
+    /// of the exposed faces, since a slanted surface is a staircase of such cells.
+    #[inline]
+    pub(crate) fn faces_eye(&self, word: usize, bit: u32, from_cell: [f64; 3], least: f64) -> bool {
+        let (open, exposed) = self.faces[word * 64 + bit as usize];
+        let length = from_cell.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let needed = least * length;
+        let sign = |face: usize| if face % 2 == 0 { -1.0 } else { 1.0 };
+        let mut mean = [0.0; 3];
+        for face in 0..6 {
+            if exposed >> face & 1 != 0 {
+                mean[face / 2] += sign(face);
+            }
+        }
+        let norm = mean.iter().map(|v: &f64| v * v).sum::<f64>().sqrt();
+        let by_mean = norm > 0.0 && (0..3).map(|n| mean[n] * from_cell[n]).sum::<f64>() >= needed * norm;
+        (0..6).any(|face| {
+            let along = sign(face) * from_cell[face / 2];
+            open >> face & 1 != 0 && along > 0.5 * self.cell_size && (along >= needed || by_mean)
+        })
+    }
+
     /// Closes an update: marks the columns whose frontiers differ, counts anew.
     pub(crate) fn close_update(&mut self) {
         let mut changed = self.totals.is_empty();
@@ -321,61 +392,74 @@ impl World {
         allowance: u32,
     ) -> u64 {
         let base = self.cell(word);
-        let z = eye.cells[2];
-        let (low, nx) = (base[2], self.size[0] as i32);
-        let start = sight::floor(z) - low;
+        let nx = self.size[0] as i32;
+        let ground = sight::floor(eye.cells[2]);
+        let start = ground - base[2];
+        let z = sight::height(eye.cells[2] - f64::from(ground));
+        // Rise to the centre of the cell of a bit, and the bit that ray is in at a parameter.
+        let rise = |bit: i32| (i64::from(bit - start) << 20) + (1 << 19) - z;
+        let at_bit = |dz: i64, t: i64| start + sight::cell_in_z(z, dz, t);
         let mut alive = mask;
         let mut unknown = [0u8; 64];
         // No ray leaves the run between the eye and the farthest cells.
-        let hull = |alive: u64| {
-            let a = (alive.trailing_zeros() as i32).min(start);
-            let b = (63 - alive.leading_zeros() as i32).max(start);
-            bits(a, b)
+        let ends = |alive: u64| {
+            (
+                alive.trailing_zeros() as i32,
+                63 - alive.leading_zeros() as i32,
+            )
         };
-        let mut reach = hull(alive);
+        let (mut lowest, mut highest) = ends(alive);
+        let mut reach = bits(lowest.min(start), highest.max(start));
         let end = [f64::from(base[0]) + 0.5, f64::from(base[1]) + 0.5];
         let mut columns = ColumnWalk::new([eye.cells[0], eye.cells[1]], end);
         let mut at = column as i32;
-        let mut t0 = 0.0;
+        let mut t0 = 0;
         loop {
             let exit = columns.exit();
-            let barrier = !self.free[at as usize] & reach;
+            let mut barrier = !self.free[at as usize] & reach;
             if barrier != 0 {
-                let t1 = exit.map_or(1.0, |e| e.0);
-                let occupied = self.occupied[at as usize];
-                let before = alive;
-                let mut rest = alive;
-                while rest != 0 {
-                    let bit = rest.trailing_zeros();
-                    rest &= rest - 1;
-                    let dz = f64::from(low + bit as i32) + 0.5 - z;
-                    let (a, b) = sight::run(z, dz, t0, t1);
-                    let mut run = bits(a - low, b - low);
-                    if exit.is_none() {
-                        run &= !(1 << bit);
-                    }
-                    let hit = barrier & run;
-                    if hit != 0 {
-                        if hit & occupied != 0 {
+                let t1 = sight::parameter(exit.map_or(1.0, |e| e.0));
+                // The rays in between stay between the outermost ones.
+                let (low, high) = (rise(lowest), rise(highest));
+                let a = at_bit(low, t0).min(at_bit(low, t1));
+                let b = at_bit(high, t0).max(at_bit(high, t1));
+                barrier &= bits(a, b);
+                if barrier != 0 {
+                    let occupied = self.occupied[at as usize] & barrier;
+                    let before = alive;
+                    let mut rest = alive;
+                    while rest != 0 {
+                        let bit = rest.trailing_zeros() as i32;
+                        rest &= rest - 1;
+                        let dz = rise(bit);
+                        let (a, b) = (at_bit(dz, t0), at_bit(dz, t1));
+                        let mut run = bits(a.min(b), a.max(b));
+                        if exit.is_none() {
+                            run &= !(1 << bit);
+                        }
+                        if run & occupied != 0 {
                             alive &= !(1 << bit);
-                        } else {
+                        } else if run & barrier != 0 {
                             let count = &mut unknown[bit as usize];
-                            *count = count.saturating_add(hit.count_ones() as u8);
+                            *count = count.saturating_add((run & barrier).count_ones() as u8);
                             if u32::from(*count) > allowance {
                                 alive &= !(1 << bit);
                             }
                         }
                     }
-                }
-                if alive == 0 {
-                    return 0;
-                }
-                if alive != before {
-                    reach = hull(alive);
+                    if alive == 0 {
+                        return 0;
+                    }
+                    if alive != before {
+                        (lowest, highest) = ends(alive);
+                        reach = bits(lowest.min(start), highest.max(start));
+                    }
                 }
             }
-            let Some((t1, axis)) = exit else { return alive };
-            t0 = t1;
+            let Some((t1, axis)) = exit else {
+                return alive;
+            };
+            t0 = sight::parameter(t1);
             let step = columns.cross(axis);
             at += if axis == 0 { step } else { step * nx };
         }
