@@ -139,22 +139,31 @@ impl MobileManipulator {
         base: [f64; 3],
         seed: &[f64; 6],
     ) -> Result<Compensation, Error> {
-        let finite = |field, v: &[f64]| match v.iter().all(|x| x.is_finite()) {
-            true => Ok(()),
-            false => Err(Error::NotFinite { field }),
-        };
-        finite("goal.base", &goal.base)?;
-        finite("goal.joints", &goal.joints)?;
-        finite("base", &base)?;
-        finite("seed", seed)?;
+        check(goal, base, seed)?;
         let wanted = self.camera_frame(goal);
-        if let Some(best) = self.ik_camera_frame(base, &wanted, seed).best() {
-            return Ok(self.compensation(base, best.joints, &wanted, true));
+        match self.ik_camera_frame(base, &wanted, seed).best() {
+            Some(best) => Ok(self.compensation(base, best.joints, &wanted, true)),
+            None => self.compensate_pan(goal, base, seed),
         }
+    }
+
+    /// Only turns the shoulder pan by the yaw difference, as published (HEATS section V-A): often quicker to reach
+    /// than another branch, at the price of the position error reported.
+    ///
+    /// # Errors
+    /// If a number is not finite.
+    pub fn compensate_pan(
+        &self,
+        goal: &BodyState,
+        base: [f64; 3],
+        seed: &[f64; 6],
+    ) -> Result<Compensation, Error> {
+        check(goal, base, seed)?;
         let mut joints = goal.joints;
         joints[0] += wrap(goal.base[2] - base[2]);
+        // Joint limits narrower than a turn may leave no copy: then the arm stays as it is, and the error says so.
         let joints = self.arm.nearest_copy(&joints, seed).unwrap_or(goal.joints);
-        Ok(self.compensation(base, joints, &wanted, false))
+        Ok(self.compensation(base, joints, &self.camera_frame(goal), false))
     }
 
     fn compensation(
@@ -174,4 +183,15 @@ impl MobileManipulator {
             exact,
         }
     }
+}
+
+fn check(goal: &BodyState, base: [f64; 3], seed: &[f64; 6]) -> Result<(), Error> {
+    let finite = |field, v: &[f64]| match v.iter().all(|x| x.is_finite()) {
+        true => Ok(()),
+        false => Err(Error::NotFinite { field }),
+    };
+    finite("goal.base", &goal.base)?;
+    finite("goal.joints", &goal.joints)?;
+    finite("base", &base)?;
+    finite("seed", seed)
 }

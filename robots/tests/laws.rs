@@ -69,6 +69,10 @@ proptest! {
             prop_assert!(r < 1e-7, "the pan keeps the attitude: {r}");
         }
         prop_assert!(robot.arm.limit_violation(&c.joints).is_none());
+        // The pan alone keeps the attitude, and shifts the camera by no more than the arm's mount and the drive do.
+        let pan = robot.compensate_pan(&state, base, &state.joints).unwrap();
+        let bound = 2.0 * 0.10 * (0.5 * dyaw).sin().abs() + dx.hypot(dy);
+        prop_assert!(!pan.exact && pan.angle_error < 1e-7 && pan.position_error <= bound + 1e-9);
         let same = robot.compensate_yaw(&state, state.base, &state.joints).unwrap();
         prop_assert!(same.position_error < 1e-8 && same.angle_error < 1e-7);
         if same.exact && robot.self_is_free(&state.joints, SELF_MARGIN + 1e-6) {
