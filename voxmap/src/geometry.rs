@@ -26,6 +26,22 @@ impl CellBox {
         }
     }
 
+    /// The cells of both boxes; may be empty.
+    pub fn common(&self, other: &Self) -> Self {
+        Self {
+            low: [0, 1, 2].map(|a| self.low[a].max(other.low[a])),
+            high: [0, 1, 2].map(|a| self.high[a].min(other.high[a])),
+        }
+    }
+
+    /// The smallest box that holds both.
+    pub fn joined(&self, other: &Self) -> Self {
+        Self {
+            low: [0, 1, 2].map(|a| self.low[a].min(other.low[a])),
+            high: [0, 1, 2].map(|a| self.high[a].max(other.high[a])),
+        }
+    }
+
     /// True if both boxes share a cell.
     pub fn meets(&self, other: &Self) -> bool {
         (0..3).all(|a| self.low[a] < other.high[a] && other.low[a] < self.high[a])

@@ -17,6 +17,7 @@
 //! # Ok::<(), voxmap::Error>(())
 //! ```
 
+mod ball;
 mod changes;
 mod costmap;
 mod error;

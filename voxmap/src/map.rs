@@ -497,41 +497,6 @@ impl VoxelMap {
             }
         }
     }
-
-    /// True if the ball touches no occupied cell's cube, nor an unknown one if `unknown_blocks`. Exact for cubes. Space
-    /// outside the map counts as unknown, except below and above it, where it counts as free: floor and ceiling are the
-    /// caller's.
-    pub fn ball_is_free(&self, center: [f64; 3], radius: f64, unknown_blocks: bool) -> bool {
-        let first = self.cell_at(center.map(|v| v - radius));
-        let last = self.cell_at(center.map(|v| v + radius));
-        let h = self.cell_size;
-        for z in first[2].max(0)..=last[2].min(self.size[2] as i32 - 1) {
-            for y in first[1]..=last[1] {
-                for x in first[0]..=last[0] {
-                    let cell = [x, y, z];
-                    let blocked = match self.state(cell) {
-                        State::Occupied => true,
-                        State::Unknown => unknown_blocks,
-                        State::Free => false,
-                    };
-                    if !blocked {
-                        continue;
-                    }
-                    let square: f64 = (0..3)
-                        .map(|a| {
-                            let near = self.low[a] + f64::from(cell[a]) * h;
-                            let gap = (near - center[a]).max(center[a] - near - h).max(0.0);
-                            gap * gap
-                        })
-                        .sum();
-                    if square < radius * radius {
-                        return false;
-                    }
-                }
-            }
-        }
-        true
-    }
 }
 
 /// Offset of the neighbour across each face.

@@ -100,17 +100,18 @@ impl VoxelMap {
     }
 
     /// Visits the cells from one point to another in order, both ends included, until the visitor breaks; also cells
-    /// outside the map. Nothing is visited for points that are not finite.
+    /// outside the map. Nothing is visited if a point is not finite or farther than 2^22 cells from the map's corner.
     pub fn walk(
         &self,
         from: [f64; 3],
         to: [f64; 3],
         mut visit: impl FnMut(Cell) -> ControlFlow<()>,
     ) {
-        if !from.iter().chain(&to).all(|v| v.is_finite()) {
+        let (from, to) = (self.scaled(from), self.scaled(to));
+        if !(is_near(from) && is_near(to)) {
             return;
         }
-        let mut walk = Walk::new(self.scaled(from), self.scaled(to));
+        let mut walk = Walk::new(from, to);
         loop {
             if visit(walk.cell).is_break() || walk.advance().is_none() {
                 return;
@@ -118,7 +119,8 @@ impl VoxelMap {
         }
     }
 
-    /// Casts a ray until it meets an occupied cell, leaves the map, or has gone `max` m. The direction need not be unit.
+    /// Casts a ray until it meets an occupied cell, leaves the map, or has gone `max` m. The direction need not be unit. The
+    /// part of the ray before it enters the map is skipped; a ray that misses the map or is not finite ends where it starts.
     pub fn cast(
         &self,
         origin: [f64; 3],
@@ -133,17 +135,23 @@ impl VoxelMap {
             distance: 0.0,
             unknown: 0,
         };
-        let end = [0, 1, 2].map(|a| origin[a] + direction[a] / norm * max);
-        if !origin.iter().chain(&end).all(|v| v.is_finite()) {
+        let start = self.scaled(origin);
+        let way = direction.map(|v| v / norm * (max / self.cell_size));
+        if !start.iter().chain(&way).all(|v| v.is_finite()) {
             return hit;
         }
-        let mut walk = Walk::new(self.scaled(origin), self.scaled(end));
+        let Some((enter, leave)) = self.crossing(start, way) else {
+            return hit;
+        };
+        // A hair inside, so that both ends fall into cells of the map.
+        let inside = |t: f64| {
+            [0, 1, 2]
+                .map(|a| (start[a] + t * way[a]).clamp(0.0, self.size[a] as f64 * (1.0 - 1e-12)))
+        };
+        let mut walk = Walk::new(inside(enter), inside(leave));
         loop {
             hit.cell = walk.cell;
-            hit.distance = walk.entered * max;
-            if !self.contains(walk.cell) {
-                return hit;
-            }
+            hit.distance = (enter + walk.entered * (leave - enter)) * max;
             let address = self.address(walk.cell);
             if Self::bit(&self.occupied, address) {
                 hit.occupied = true;
@@ -156,47 +164,80 @@ impl VoxelMap {
                 }
             }
             if walk.advance().is_none() {
-                hit.distance = max;
+                hit.distance = leave * max;
                 return hit;
             }
         }
     }
 
+    /// The part of a segment (start and way in cells) inside the map, as parameters in 0..1.
+    fn crossing(&self, start: [f64; 3], way: [f64; 3]) -> Option<(f64, f64)> {
+        let (mut enter, mut leave) = (0.0f64, 1.0f64);
+        for a in 0..3 {
+            let size = self.size[a] as f64;
+            if way[a] == 0.0 {
+                if start[a] < 0.0 || start[a] >= size {
+                    return None;
+                }
+            } else {
+                let (t0, t1) = (-start[a] / way[a], (size - start[a]) / way[a]);
+                enter = enter.max(t0.min(t1));
+                leave = leave.min(t0.max(t1));
+            }
+        }
+        (enter < leave).then_some((enter, leave))
+    }
+
     /// True if the straight line from a point to the centre of a cell meets no other occupied cell and at most
-    /// `unknown_allowance` unknown ones. The end cell itself may be anything.
+    /// `unknown_allowance` unknown ones. The point's own cell counts, the end cell does not; cells outside the map are
+    /// unknown. False from points that are not finite or farther than 2^22 cells away.
     pub fn line_of_sight(&self, from: [f64; 3], to: Cell, unknown_allowance: u32) -> bool {
         let start = self.scaled(from);
-        if !start.iter().all(|v| v.is_finite()) {
+        let end = to.map(|v| f64::from(v) + 0.5);
+        if !(is_near(start) && is_near(end)) {
             return false;
         }
-        let end = to.map(|v| f64::from(v) + 0.5);
-        let mut walk = Walk::new(start, end);
-        if !self.contains(walk.cell) || !self.contains(to) {
-            return self.line_of_sight_outside(walk, to, unknown_allowance);
+        let cell = start.map(|v| v.floor() as i32);
+        if !self.contains(cell) || !self.contains(to) {
+            return self.line_of_sight_outside(Walk::new(start, end), to, unknown_allowance);
         }
-        // Both ends inside: so is the line, and addresses change by a constant along each axis.
+        // Both ends inside: so is the line. Times of crossings as in the traversal of scans, but one ray at a time: whole
+        // numbers, ONE at the end, which is half a cell from any border, so that rounding cannot add or lose a step.
+        const ONE: f64 = (1 << 30) as f64;
         let row = self.words * 64;
-        let steps = [
-            walk.step[0] as isize,
-            walk.step[1] as isize * row as isize,
-            walk.step[2] as isize * (row * self.size[1]) as isize,
-        ];
-        let mut address = self.address(walk.cell) as isize;
+        let stride = [1, row as isize, (row * self.size[1]) as isize];
+        let (mut next, mut delta, mut step) = ([i32::MAX; 3], [0; 3], [0; 3]);
+        let mut steps = 0;
+        for a in 0..3 {
+            let cells = to[a] - cell[a];
+            if cells != 0 {
+                let border = f64::from(cell[a]) + if cells > 0 { 1.0 } else { 0.0 };
+                let inverse = ONE / (end[a] - start[a]).abs();
+                next[a] = ((border - start[a]).abs() * inverse + 0.5) as i32;
+                delta[a] = (inverse + 0.5) as i32;
+                step[a] = cells.signum() as isize * stride[a];
+                steps += cells.unsigned_abs();
+            }
+        }
+        let mut address = self.address(cell) as isize;
         let mut unknown = 0;
-        while walk.cell != to {
+        for _ in 0..steps {
             let (word, bit) = (address as usize >> 6, address as usize & 63);
             if self.occupied[word] >> bit & 1 != 0 {
                 return false;
             }
-            if self.free[word] >> bit & 1 == 0 {
-                unknown += 1;
-                if unknown > unknown_allowance {
-                    return false;
-                }
+            unknown += !(self.free[word] >> bit) as u32 & 1;
+            if unknown > unknown_allowance {
+                return false;
             }
-            match walk.advance() {
-                Some(axis) => address += steps[axis],
-                None => break,
+            // Without branches: which axis is next is as good as random.
+            let first = next[0].min(next[1]).min(next[2]);
+            let x = next[0] == first;
+            let y = !x & (next[1] == first);
+            let z = !(x | y);
+            for (a, along) in [x, y, z].into_iter().enumerate() {
+                next[a] = next[a].saturating_add(delta[a] & -i32::from(along));
+                address += step[a] & -isize::from(along);
             }
         }
         true
@@ -220,4 +261,10 @@ impl VoxelMap {
         }
         true
     }
+}
+
+/// True for a point (cells) near enough for a walk to end soon.
+fn is_near(point: [f64; 3]) -> bool {
+    // Also false for NaN.
+    point.iter().all(|v| v.abs() <= f64::from(1 << 22))
 }

@@ -9,7 +9,7 @@ use crate::geometry::Ball;
 use crate::map::VoxelMap;
 use crate::simd;
 use crate::walk::Walk;
-use rays::{BAD, BATCH, Batch, Frame, HIT, LONGEST, OUTSIDE, Prepare};
+use rays::{BAD, BATCH, Batch, Frame, HIT, OUTSIDE, Prepare};
 
 /// Points of one LiDAR scan or depth image, in the world frame.
 #[derive(Clone, Debug)]
@@ -27,7 +27,7 @@ pub struct Scan<'a> {
     pub hit_depth: f64,
     /// Self filter: cells whose centre lies in a ball are not changed, and hits inside a ball are left out.
     pub skip: &'a [Ball],
-    /// Follow only the first ray that ends in a cell. About three times as fast at 0.15 m; frees a little less.
+    /// Follow only the first ray that ends in a cell. About twice as fast at 0.15 m; frees about 1 % fewer cells.
     pub one_ray_per_end_voxel: bool,
 }
 
@@ -40,7 +40,7 @@ impl Default for Scan<'_> {
             max_range: f64::INFINITY,
             hit_depth: 0.01,
             skip: &[],
-            one_ray_per_end_voxel: true,
+            one_ray_per_end_voxel: false,
         }
     }
 }
@@ -92,14 +92,12 @@ impl Window {
         words.iter().map(|plane| plane.capacity() * 8).sum()
     }
 
-    /// Makes sure that rows up to and including those of a coordinate are swept.
-    #[inline]
-    fn include(&mut self, a: usize, value: f64, size: usize) {
-        // Saturating, so also right for values a hair outside.
-        let row = (value as usize).min(size - 1);
-        let range = &mut self.rows[a];
-        range.0 = range.0.min(row);
-        range.1 = range.1.max(row + 1);
+    /// Makes sure that the rows of a batch are swept.
+    fn include(&mut self, batch: &Batch) {
+        for (rows, span) in self.rows.iter_mut().zip(&batch.span[1..]) {
+            rows.0 = rows.0.min(span.0 as usize);
+            rows.1 = rows.1.max(span.1 as usize + 1);
+        }
     }
 }
 
@@ -219,6 +217,7 @@ impl VoxelMap {
         scan: &Scan<'_>,
         stats: &mut ScanStats,
     ) {
+        window.include(batch);
         // Rays of similar length go together: a counting sort by pairs of steps.
         let mut chosen = [0u16; BATCH];
         let mut many = 0;
@@ -244,15 +243,11 @@ impl VoxelMap {
                 }
                 set(&mut window.hit, last);
             }
-            for a in 1..3 {
-                window.include(a - 1, batch.to[a][i], self.size[a]);
-                window.include(a - 1, batch.from[a][i], self.size[a]);
-            }
             if scan.one_ray_per_end_voxel && !set(&mut window.end, last) {
                 continue;
             }
             stats.rays += 1;
-            if (0..3).any(|a| (batch.to[a][i] - batch.from[a][i]).abs() > LONGEST) {
+            if batch.long[i] != 0 {
                 self.trace_long(
                     window,
                     [0, 1, 2].map(|a| (batch.from[a][i], batch.to[a][i])),

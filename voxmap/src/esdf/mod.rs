@@ -1,9 +1,13 @@
 //! Euclidean distance field: exact squared integers, whole or in changed boxes, trilinear value and gradient.
 
+mod pass;
+
 use crate::changes::Changes;
 use crate::error::Error;
 use crate::geometry::{Cell, CellBox};
 use crate::map::VoxelMap;
+use crate::simd;
+use pass::{Pass, Scratch};
 
 /// Options of a distance field.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,8 +41,7 @@ pub struct Esdf {
     square: Vec<u16>,
     /// Distance of each square, m.
     table: Vec<f32>,
-    /// Distances, m, same order as `square`.
-    value: Vec<f32>,
+    scratch: Scratch,
 }
 
 impl Esdf {
@@ -69,7 +72,7 @@ impl Esdf {
             table: (0..=cap)
                 .map(|s| ((s as f64).sqrt() * h - 0.5 * h) as f32)
                 .collect(),
-            value: vec![0.0; total],
+            scratch: Scratch::default(),
         };
         field.rebuild(map, map.bounds());
         Ok(field)
@@ -79,118 +82,51 @@ impl Esdf {
     pub fn update(&mut self, map: &VoxelMap, changes: &Changes) {
         let reach = self.reach as i32;
         let whole = map.bounds();
-        let grown: Vec<CellBox> = changes
-            .state_boxes
-            .iter()
-            .map(|b| {
-                let g = b.grown(reach);
-                CellBox {
-                    low: [0, 1, 2].map(|a| g.low[a].max(0)),
-                    high: [0, 1, 2].map(|a| g.high[a].min(whole.high[a])),
-                }
-            })
-            .collect();
-        // A box costs its own volume once more grown by the reach; past half the map the whole is cheaper.
-        let cost: usize = grown
-            .iter()
-            .map(|b| b.grown(reach).volume().min(whole.volume()))
-            .sum();
-        if 2 * cost > whole.volume() {
-            self.rebuild(map, whole);
-        } else {
-            for region in grown {
-                self.rebuild(map, region);
+        let price = |region: &CellBox| pass::cost(region, self.reach, self.size);
+        let limit = price(&whole);
+        // Where a change can be felt; boxes join while one pass over both is no dearer than two.
+        let mut regions: Vec<(CellBox, usize)> = Vec::new();
+        for changed in &changes.state_boxes {
+            let mut region = changed.grown(reach).common(&whole);
+            let mut cost = price(&region);
+            while let Some(i) = regions
+                .iter()
+                .position(|(other, their_cost)| price(&other.joined(&region)) <= their_cost + cost)
+            {
+                region = regions.swap_remove(i).0.joined(&region);
+                cost = price(&region);
             }
+            regions.push((region, cost));
+            if regions.iter().map(|(_, cost)| cost).sum::<usize>() >= limit {
+                return self.rebuild(map, whole);
+            }
+        }
+        for (region, _) in regions {
+            self.rebuild(map, region);
         }
     }
 
-    /// Recomputes the cells of a box from the map: along x by two sweeps, along y and z by minima over shifts.
+    /// Recomputes the cells of a box from the map.
     fn rebuild(&mut self, map: &VoxelMap, region: CellBox) {
-        let cap = ((self.reach + 1) * (self.reach + 1)) as u16;
-        let low = region.low.map(|v| v as usize);
-        let high = region.high.map(|v| v as usize);
-        if (0..3).any(|a| low[a] >= high[a]) {
-            return;
-        }
-        let nx = high[0] - low[0];
-        // Rows that can reach the region.
-        let rows = [1, 2].map(|a| {
-            (
-                low[a].saturating_sub(self.reach),
-                (high[a] + self.reach).min(self.size[a]),
-            )
+        simd::run(Pass {
+            map,
+            unknown_is_occupied: self.params.unknown_is_occupied,
+            reach: self.reach,
+            region,
+            square: &mut self.square,
+            scratch: &mut self.scratch,
         });
-        let [(y0, y1), (z0, z1)] = rows;
-        let ny = y1 - y0;
-        let mut along_x = vec![cap; nx * ny * (z1 - z0)];
-        for z in z0..z1 {
-            for y in y0..y1 {
-                let out = &mut along_x[((z - z0) * ny + (y - y0)) * nx..][..nx];
-                self.sweep(map, y, z, low[0], out, cap);
-            }
-        }
-        let inner = high[1] - low[1];
-        let mut along_y = vec![cap; nx * inner * (z1 - z0)];
-        for z in 0..z1 - z0 {
-            for y in 0..inner {
-                let out = &mut along_y[(z * inner + y) * nx..][..nx];
-                let here = y + low[1] - y0;
-                nearest(out, here, ny, self.reach, |k| {
-                    &along_x[(z * ny + k) * nx..][..nx]
-                });
-            }
-        }
-        for z in low[2]..high[2] {
-            for y in 0..inner {
-                let start = (z * self.size[1] + y + low[1]) * self.size[0] + low[0];
-                let out = &mut self.square[start..start + nx];
-                out.fill(cap);
-                nearest(out, z - z0, z1 - z0, self.reach, |k| {
-                    &along_y[(k * inner + y) * nx..][..nx]
-                });
-                for (value, &square) in self.value[start..start + nx].iter_mut().zip(&*out) {
-                    *value = self.table[usize::from(square)];
-                }
-            }
-        }
     }
 
-    /// Squared distances along x of cells `x0..x0 + out.len()` of row (y, z).
-    fn sweep(&self, map: &VoxelMap, y: usize, z: usize, x0: usize, out: &mut [u16], cap: u16) {
-        let first = map.word(0, y, z);
-        let blocked = |x: usize| {
-            let (word, bit) = (first + x / 64, x % 64);
-            let bits = if self.params.unknown_is_occupied {
-                !map.free[word]
-            } else {
-                map.occupied[word]
-            };
-            bits >> bit & 1 != 0
-        };
-        let from = x0.saturating_sub(self.reach);
-        let until = (x0 + out.len() + self.reach).min(self.size[0]);
-        let far = self.reach + 1;
-        let mut steps = far;
-        for x in from..x0 + out.len() {
-            steps = if blocked(x) { 0 } else { (steps + 1).min(far) };
-            if x >= x0 {
-                out[x - x0] = ((steps * steps) as u16).min(cap);
-            }
-        }
-        steps = far;
-        for x in (x0..until).rev() {
-            steps = if blocked(x) { 0 } else { (steps + 1).min(far) };
-            if x < x0 + out.len() {
-                let slot = &mut out[x - x0];
-                *slot = (*slot).min((steps * steps) as u16);
-            }
-        }
+    #[inline]
+    fn value(&self, address: usize) -> f64 {
+        f64::from(self.table[usize::from(self.square[address])])
     }
 
     /// Distance of a cell, m; outside the map that of the nearest cell inside.
     pub fn cell_distance(&self, cell: Cell) -> f64 {
         let c = [0, 1, 2].map(|a| (cell[a].max(0) as usize).min(self.size[a] - 1));
-        f64::from(self.value[(c[2] * self.size[1] + c[1]) * self.size[0] + c[0]])
+        self.value((c[2] * self.size[1] + c[1]) * self.size[0] + c[0])
     }
 
     /// Largest value of the field, m.
@@ -233,9 +169,8 @@ impl Esdf {
             }
         }
         let at = base[0] + base[1] * stride[1] + base[2] * stride[2];
-        let v = |i: usize, j: usize, k: usize| {
-            f64::from(self.value[at + i * step[0] + j * step[1] + k * step[2]])
-        };
+        let v =
+            |i: usize, j: usize, k: usize| self.value(at + i * step[0] + j * step[1] + k * step[2]);
         let lerp = |a: f64, b: f64, t: f64| a + t * (b - a);
         // c[j][k]: interpolated along x; d: its slope.
         let mut c = [[0.0; 2]; 2];
@@ -259,32 +194,5 @@ impl Esdf {
             (high - low) * inverse,
         ];
         (lerp(low, high, t[2]), gradient)
-    }
-}
-
-/// `out[x] = min over k of row(k)[x] + (k - here)^2` for rows within reach, nearest first, until no row can win.
-fn nearest<'a>(
-    out: &mut [u16],
-    here: usize,
-    rows: usize,
-    reach: usize,
-    row: impl Fn(usize) -> &'a [u16],
-) {
-    for shift in 0..=reach {
-        let add = (shift * shift) as u16;
-        if out.iter().copied().max().is_none_or(|worst| worst <= add) {
-            return;
-        }
-        let mut take = |k: usize| {
-            for (slot, &value) in out.iter_mut().zip(row(k)) {
-                *slot = (*slot).min(value.saturating_add(add));
-            }
-        };
-        if shift <= here {
-            take(here - shift);
-        }
-        if shift > 0 && here + shift < rows {
-            take(here + shift);
-        }
     }
 }

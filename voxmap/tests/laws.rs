@@ -1,0 +1,157 @@
+//! What holds for any scan and any map.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+mod common;
+
+use common::{Numbers, cells, map, random_map};
+use proptest::prelude::*;
+use voxmap::{Camera, Cell, Esdf, EsdfParams, Scan, State, VoxelMap};
+
+fn points(seed: u64, map: &VoxelMap, n: usize) -> Vec<[f32; 3]> {
+    let mut numbers = Numbers(seed);
+    (0..n)
+        .map(|_| numbers.point(map).map(|v| v as f32))
+        .collect()
+}
+
+fn states(map: &VoxelMap) -> Vec<State> {
+    cells(map).map(|c| map.state(c)).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// The order of the points in a scan does not matter.
+    #[test]
+    fn order_does_not_matter(seed: u64, n in 1usize..700) {
+        let mut forward = map(0.25, [40.0, 20.0, 8.0]);
+        let origin = Numbers(seed).point(&forward);
+        let mut hits = points(seed ^ 1, &forward, n);
+        let mut backward = forward.clone();
+        forward.insert(&Scan { origin, hits: &hits, ..Scan::default() }).unwrap();
+        hits.reverse();
+        backward.insert(&Scan { origin, hits: &hits, ..Scan::default() }).unwrap();
+        prop_assert_eq!(states(&forward), states(&backward));
+    }
+
+    /// One ray per end frees no cell that all rays would not, and agrees on every hit.
+    #[test]
+    fn one_ray_per_end_is_a_part_of_all(seed: u64, n in 1usize..700) {
+        let mut all = map(0.25, [40.0, 20.0, 8.0]);
+        let origin = Numbers(seed).point(&all);
+        let hits = points(seed ^ 1, &all, n);
+        let mut some = all.clone();
+        let scan = Scan { origin, hits: &hits, ..Scan::default() };
+        all.insert(&scan).unwrap();
+        some.insert(&Scan { one_ray_per_end_voxel: true, ..scan }).unwrap();
+        for cell in cells(&all) {
+            prop_assert_eq!(all.is_occupied(cell), some.is_occupied(cell));
+            prop_assert!(!some.is_free(cell) || all.is_free(cell));
+        }
+    }
+
+    /// The same scan again and again saturates: nothing changes from some point on, and 300 scans are as good as 30.
+    #[test]
+    fn repeated_scans_saturate(seed: u64) {
+        let mut map = map(0.25, [20.0, 10.0, 5.0]);
+        let origin = map.center([3, 4, 2]);
+        let hits = points(seed, &map, 50);
+        let scan = Scan { origin, hits: &hits, ..Scan::default() };
+        for _ in 0..30 {
+            map.insert(&scan).unwrap();
+        }
+        let before = states(&map);
+        map.take_changes();
+        for _ in 0..270 {
+            map.insert(&scan).unwrap();
+        }
+        prop_assert!(map.take_changes().is_empty());
+        prop_assert_eq!(before, states(&map));
+    }
+
+    /// Changes are exactly the cells that differ, each once, and the boxes hold them and are disjoint.
+    #[test]
+    fn changes_are_what_changed(seed: u64, n in 0usize..60) {
+        let mut map = random_map(seed, [75.0, 20.0, 9.0], 0.6, 0.1);
+        map.take_changes();
+        let before = map.clone();
+        let mut numbers = Numbers(seed ^ 7);
+        for _ in 0..n {
+            let cell = numbers.cell(&map);
+            let state = [State::Free, State::Occupied][numbers.below(2)];
+            map.set_state(cell, state);
+        }
+        let camera = Camera {
+            rotation: [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]],
+            translation: map.center([2, 10, 4]),
+            tan_half_h: 0.8,
+            tan_half_v: 0.8,
+        };
+        map.mark_inspected(&camera, 5.0);
+        let changes = map.take_changes();
+        let listed: Vec<Cell> = changes.cells().collect();
+        let mut sorted = listed.clone();
+        sorted.sort_by_key(|c| [c[2], c[1], c[0]]);
+        sorted.dedup();
+        prop_assert_eq!(&sorted, &listed);
+        for cell in cells(&map) {
+            let differs = before.state(cell) != map.state(cell);
+            let holds = |boxes: &[voxmap::CellBox]| boxes.iter().filter(|b| b.contains(cell)).count();
+            if differs {
+                prop_assert_eq!(holds(&changes.state_boxes), 1);
+            }
+            prop_assert!(holds(&changes.boxes) <= 1);
+            prop_assert!(holds(&changes.state_boxes) <= 1);
+        }
+        for cell in &listed {
+            prop_assert!(changes.boxes.iter().any(|b| b.contains(*cell)));
+        }
+        prop_assert!(map.take_changes().is_empty());
+    }
+
+    /// Distances change no faster than the way; with trilinear values, by at most sqrt(3) times it.
+    #[test]
+    fn distances_are_lipschitz(seed: u64) {
+        let map = random_map(seed, [25.0, 15.0, 8.0], 0.98, 0.02);
+        let field = Esdf::new(&map, EsdfParams::default()).unwrap();
+        let h = map.cell_size();
+        for cell in cells(&map) {
+            for a in 0..3 {
+                let mut beside = cell;
+                beside[a] += 1;
+                let step = field.cell_distance(cell) - field.cell_distance(beside);
+                prop_assert!(step.abs() <= h * 1.000_01);
+            }
+        }
+        let mut numbers = Numbers(seed);
+        let (p, q) = (numbers.point(&map), numbers.point(&map));
+        let way = (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f64>().sqrt();
+        prop_assert!((field.distance(p) - field.distance(q)).abs() <= way * 3f64.sqrt() + 1e-5);
+    }
+
+    /// A cell is free, occupied or unknown, and only occupied cells are inspected; the counts agree.
+    #[test]
+    fn states_exclude_each_other(seed: u64, n in 1usize..200) {
+        let mut map = map(0.25, [70.0, 10.0, 5.0]);
+        let camera = Camera {
+            rotation: [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]],
+            translation: map.center([2, 5, 2]),
+            tan_half_h: 0.8,
+            tan_half_v: 0.8,
+        };
+        for k in 0..4 {
+            let hits = points(seed ^ k, &map, n);
+            let origin = map.center([3, 4, 2]);
+            map.insert(&Scan { origin, hits: &hits, ..Scan::default() }).unwrap();
+            map.mark_inspected(&camera, 9.0);
+        }
+        let counts = map.counts();
+        let count = |f: &dyn Fn(Cell) -> bool| cells(&map).filter(|&c| f(c)).count();
+        prop_assert_eq!(counts.free, count(&|c| map.is_free(c)));
+        prop_assert_eq!(counts.occupied, count(&|c| map.is_occupied(c)));
+        prop_assert_eq!(counts.known, count(&|c| map.is_known(c)));
+        prop_assert_eq!(counts.inspected, count(&|c| map.is_inspected(c)));
+        prop_assert_eq!(counts.known, counts.free + counts.occupied);
+        prop_assert_eq!(count(&|c| map.is_inspected(c) && !map.is_occupied(c)), 0);
+    }
+}
