@@ -252,6 +252,7 @@ fn bench(c: &mut Criterion) {
     };
     let exact = Params {
         lidar_patience: 0,
+        lidar_grid: 0.0,
         ..base_params.clone()
     };
     let mut cold = start(&exact);

@@ -68,11 +68,15 @@ impl Sensors {
         }
     }
 
-    /// Columns around what the LiDAR reaches from a base pose.
-    pub(crate) fn lidar_rectangle(&self, world: &World, base: [f64; 3]) -> Option<[i32; 4]> {
-        let lidar = self.lidar.as_ref()?;
-        let (e, r) = (lidar.eye(base), lidar.range);
-        world.rectangle([e[0] - r, e[1] - r], [e[0] + r, e[1] + r])
+    /// Columns around what the LiDAR reaches from a position, or one up to `margin` (m) beside it.
+    pub(crate) fn lidar_rectangle(
+        &self,
+        world: &World,
+        eye: [f64; 3],
+        margin: f64,
+    ) -> Option<[i32; 4]> {
+        let r = self.lidar.as_ref()?.range + margin;
+        world.rectangle([eye[0] - r, eye[1] - r], [eye[0] + r, eye[1] + r])
     }
 
     /// Columns around what the cameras reach.
@@ -92,14 +96,14 @@ impl Sensors {
         world.rectangle(low, high)
     }
 
-    /// B_e^lidar: exploration cells in sight of the LiDAR.
-    pub(crate) fn lidar_sees(&self, world: &World, base: [f64; 3]) -> Words {
+    /// B_e^lidar: exploration cells in sight of the LiDAR at a position.
+    pub(crate) fn lidar_sees(&self, world: &World, eye: [f64; 3]) -> Words {
         let mut seen = Vec::new();
-        let (Some(lidar), Some(rectangle)) = (&self.lidar, self.lidar_rectangle(world, base))
+        let (Some(lidar), Some(rectangle)) = (&self.lidar, self.lidar_rectangle(world, eye, 0.0))
         else {
             return seen;
         };
-        let eye = world.eye(lidar.eye(base));
+        let eye = world.eye(eye);
         let shape = lidar.shape();
         let h = world.cell_size;
         each_word(world, rectangle, |word| {
@@ -150,18 +154,26 @@ impl Sensors {
             return;
         };
         let h = world.cell_size;
+        let eye = camera.translation;
+        // With a hair to spare: a quick test before the exact one.
+        let far2 = self.depth.far.max(self.rgb.far).powi(2) * (1.0 + 1e-9);
         let up = camera.rotation[2].map(|v| v * h);
         each_word(world, rectangle, |word| {
             let (mut e, mut i) = (world.exploration[word], world.inspection[word]);
             if e | i == 0 {
                 return;
             }
+            let c = world.center(world.cell(word));
+            let aside = (c[0] - eye[0]).powi(2) + (c[1] - eye[1]).powi(2);
+            if aside > far2 {
+                return;
+            }
+            let p = camera.to_camera(c);
+            let at = |n: u32| [0, 1, 2].map(|a| p[a] + f64::from(n) * up[a]);
+            e = keep(e, |n| self.depth.covers(at(n)));
             if e != 0 {
                 e &= !mask_of(known, word);
             }
-            let p = camera.to_camera(world.center(world.cell(word)));
-            let at = |n: u32| [0, 1, 2].map(|a| p[a] + f64::from(n) * up[a]);
-            e = keep(e, |n| self.depth.covers(at(n)));
             i = keep(i, |n| self.rgb.covers(at(n)));
             if let Some(least) = self.incidence {
                 let c = world.center(world.cell(word));
@@ -193,7 +205,9 @@ impl Sensors {
         let center = world.center(c);
         let way = [0, 1, 2].map(|a| camera.translation[a] - center[a]);
         frustum.covers(camera.to_camera(center))
-            && self.incidence.is_none_or(|least| !inspection || world.faces_eye(word, bit, way, least))
+            && self
+                .incidence
+                .is_none_or(|least| !inspection || world.faces_eye(word, bit, way, least))
             && world.visible(eye, word, 1 << bit, self.allowance) != 0
     }
 }

@@ -47,7 +47,8 @@
 //! frontier cells of a column, and a run of cells in z is tested with one mask. Candidates wait in a queue
 //! under an upper bound of their score, and only those are cast that could be best. What was cast is
 //! kept until the map or a frontier changes inside the box around the view. LiDAR counts may lag a few updates behind
-//! ([`Params::lidar_patience`]); with 0 everything equals the definition, which the tests check.
+//! ([`Params::lidar_patience`]) and are shared by neighbouring positions ([`Params::lidar_grid`]); with 0 for both,
+//! everything equals the definition, which the tests check.
 
 pub mod conformance;
 mod dirty;
@@ -62,6 +63,7 @@ mod posture;
 mod robot;
 mod sampler;
 mod sight;
+mod tiles;
 mod totals;
 mod view;
 mod world;

@@ -2,11 +2,12 @@
 
 use std::collections::BinaryHeap;
 
-use crate::gain::{self, Sensors, Words};
+use crate::gain::{self, Sensors};
 use crate::map::Cell;
 use crate::params::Params;
 use crate::posture::Posture;
 use crate::robot::{CostModel, Robot};
+use crate::tiles::{LidarView, Tiles};
 use crate::world::World;
 use crate::{Cluster, Effort, Gain, Kind, NoView, Pose, Viewpoint};
 
@@ -19,18 +20,15 @@ enum Check {
 }
 
 #[derive(Clone, Debug)]
-struct Lidar {
-    words: Words,
-    count: u32,
-    /// Update since when the map in range differs.
-    stale_since: Option<u64>,
-}
-
-#[derive(Clone, Debug)]
 struct Base {
     pose: [f64; 3],
     free: Check,
-    lidar: Option<Lidar>,
+    /// Position of the LiDAR.
+    eye: [f64; 3],
+    /// Its own view, if it shares none.
+    lidar: Option<LidarView>,
+    /// Stamp of the LiDAR view that the looks of the candidates go with; 0 is none.
+    stamp: u64,
     /// Columns that can touch the body, and columns in reach of the LiDAR.
     body: Option<[i32; 4]>,
     around: Option<[i32; 4]>,
@@ -70,6 +68,7 @@ pub(crate) struct Library {
 /// What the search for views needs besides the library.
 pub(crate) struct Context<'a, S, R: ?Sized, C: ?Sized> {
     pub(crate) world: &'a World,
+    pub(crate) tiles: &'a Tiles,
     pub(crate) sensors: &'a Sensors,
     pub(crate) params: &'a Params,
     pub(crate) postures: &'a [Posture<S>],
@@ -140,12 +139,15 @@ impl Library {
         self.candidates.clear();
         for pose in base_poses(params, self.centroid) {
             let (reach, [x, y, _]) = (params.body_reach, pose);
+            let eye = sensors.lidar.map_or([0.0; 3], |lidar| lidar.eye(pose));
             self.bases.push(Base {
                 pose,
                 free: Check::Open,
+                eye,
                 lidar: None,
+                stamp: 0,
                 body: world.rectangle([x - reach, y - reach], [x + reach, y + reach]),
-                around: sensors.lidar_rectangle(world, pose),
+                around: sensors.lidar_rectangle(world, eye, params.lidar_grid),
             });
             self.candidates
                 .extend(postures.iter().map(|posture| Candidate {
@@ -195,12 +197,7 @@ impl Library {
             if let Some(lidar) = &mut base.lidar
                 && touched(base.around)
             {
-                lidar.stale_since.get_or_insert(tick);
-                // What is no frontier any more is never counted.
-                for (word, mask) in &mut lidar.words {
-                    *mask &= world.exploration[*word as usize];
-                }
-                lidar.count = gain::count(&lidar.words);
+                lidar.touch(world, tick);
             }
             for c in candidates {
                 if body {
@@ -292,7 +289,9 @@ impl Library {
         let params = context.params;
         let mut dropped = Dropped::default();
         let mut waiting = Vec::with_capacity(self.candidates.len());
-        for (b, base) in self.bases.iter().enumerate() {
+        for b in 0..self.bases.len() {
+            self.settle(context, b);
+            let base = &self.bases[b];
             if base.free == Check::No {
                 continue;
             }
@@ -331,6 +330,7 @@ impl Library {
                 dropped.body |= self.bases[b].free == Check::Yes;
                 continue;
             }
+            self.settle(context, b);
             let info = self.bound(context, index);
             if !worth(info, params.threshold) {
                 dropped.gain = true;
@@ -384,20 +384,51 @@ impl Library {
         candidate.free == Check::Yes
     }
 
-    fn lidar_count<S, R: ?Sized, C: ?Sized>(
-        &self,
-        context: &Context<'_, S, R, C>,
-        base: &Base,
-    ) -> Option<u32> {
-        if context.sensors.lidar.is_none() {
-            return Some(0);
+    /// The LiDAR view of a base, shared or its own, if it is good.
+    fn lidar<'a, S, R: ?Sized, C: ?Sized>(
+        &'a self,
+        context: &Context<'a, S, R, C>,
+        b: usize,
+    ) -> Option<&'a LidarView> {
+        let base = &self.bases[b];
+        match context.tiles.at(context.world, base.eye) {
+            Some((slot, _)) => slot.get(),
+            None => base
+                .lidar
+                .as_ref()
+                .filter(|l| l.is_good(context.tick, context.params.lidar_patience)),
         }
-        let lidar = base.lidar.as_ref()?;
-        let patience = u64::from(context.params.lidar_patience);
-        let good = lidar
-            .stale_since
-            .is_none_or(|since| context.tick - since < patience);
-        good.then_some(lidar.count)
+    }
+
+    /// Takes notice of a new LiDAR view: what the cameras add to it is open again.
+    fn settle<S, R: ?Sized, C: ?Sized>(&mut self, context: &Context<'_, S, R, C>, b: usize) {
+        let Some(stamp) = self.lidar(context, b).map(|l| l.stamp) else {
+            return;
+        };
+        if stamp == self.bases[b].stamp {
+            return;
+        }
+        self.bases[b].stamp = stamp;
+        for c in &mut self.candidates[b * self.postures..(b + 1) * self.postures] {
+            if !matches!(c.look, Look::Within(_, _, false)) {
+                c.look = Look::Open;
+            }
+        }
+    }
+
+    /// What the LiDAR sees, if it is known and [settled](Self::settle).
+    fn known<'a, S, R: ?Sized, C: ?Sized>(
+        &'a self,
+        context: &Context<'a, S, R, C>,
+        b: usize,
+    ) -> Option<(u32, &'a [(u32, u64)])> {
+        if context.sensors.lidar.is_none() {
+            return Some((0, &[]));
+        }
+        let view = self
+            .lidar(context, b)
+            .filter(|l| l.stamp == self.bases[b].stamp)?;
+        Some((view.count, &view.words))
     }
 
     /// G_info if it is known, else an upper bound.
@@ -410,9 +441,10 @@ impl Library {
                 context.world.totals.within(low, high)
             })
         };
-        let lidar = self
-            .lidar_count(context, base)
-            .unwrap_or_else(|| count(base.around)[0]);
+        let lidar = match self.known(context, index / self.postures) {
+            Some((count, _)) => count,
+            None => count(base.around)[0],
+        };
         let (extra, inspection) = match candidate.look {
             Look::Open => count(candidate.around).into(),
             Look::Within(e, i, _) | Look::Seen(e, i) => (e, i),
@@ -426,9 +458,7 @@ impl Library {
         index: usize,
     ) -> bool {
         matches!(self.candidates[index].look, Look::Seen(..))
-            && self
-                .lidar_count(context, &self.bases[index / self.postures])
-                .is_some()
+            && self.known(context, index / self.postures).is_some()
     }
 
     /// Makes a bound one step more exact: cells inside the frustums, the LiDAR's view (which
@@ -442,43 +472,35 @@ impl Library {
         let (world, sensors) = (context.world, context.sensors);
         let (b, p) = (index / self.postures, index % self.postures);
         let camera = context.postures[p].camera.on(self.bases[b].pose);
-        let has_lidar = self.lidar_count(context, &self.bases[b]).is_some();
-        let known = match &self.bases[b].lidar {
-            Some(lidar) if has_lidar => &lidar.words[..],
-            _ => &[],
-        };
+        let known = self.known(context, b);
+        let (has_lidar, known) = (known.is_some(), known.map_or(&[][..], |k| k.1));
         let (mut extra, mut inspection) = (0, 0);
         let add = |_, e: u64, i: u64| {
             extra += e.count_ones();
             inspection += i.count_ones();
         };
-        match self.candidates[index].look {
-            Look::Open => {
-                effort.camera_bounds += 1;
-                sensors.camera_covers(world, &camera, known, add);
-                self.candidates[index].look = Look::Within(extra, inspection, has_lidar);
-            }
-            _ if !has_lidar => {
+        let look = self.candidates[index].look;
+        if look == Look::Open {
+            effort.camera_bounds += 1;
+            sensors.camera_covers(world, &camera, known, add);
+            self.candidates[index].look = Look::Within(extra, inspection, has_lidar);
+        } else if has_lidar {
+            effort.camera_views += 1;
+            sensors.camera_sees(world, &camera, known, add);
+            self.candidates[index].look = Look::Seen(extra, inspection);
+        } else {
+            // Shared views and own ones never have the same stamp.
+            let mut cast = |eye, own| {
                 effort.lidar_views += 1;
-                let words = sensors.lidar_sees(world, self.bases[b].pose);
-                let count = gain::count(&words);
-                self.bases[b].lidar = Some(Lidar {
-                    words,
-                    count,
-                    stale_since: None,
-                });
-                // What the cameras add depends on what the LiDAR has.
-                for c in &mut self.candidates[b * self.postures..(b + 1) * self.postures] {
-                    if !matches!(c.look, Look::Within(_, _, false)) {
-                        c.look = Look::Open;
-                    }
+                LidarView::cast(world, sensors, eye, 2 * context.tick + own)
+            };
+            match context.tiles.at(world, self.bases[b].eye) {
+                Some((slot, middle)) => {
+                    slot.get_or_init(|| cast(middle, 0));
                 }
+                None => self.bases[b].lidar = Some(cast(self.bases[b].eye, 1)),
             }
-            _ => {
-                effort.camera_views += 1;
-                sensors.camera_sees(world, &camera, known, add);
-                self.candidates[index].look = Look::Seen(extra, inspection);
-            }
+            self.settle(context, b);
         }
     }
 
@@ -500,18 +522,18 @@ impl Library {
             &context.postures[index % self.postures],
         );
         let camera = posture.camera.on(base.pose);
-        let lidar = base.lidar.as_ref();
+        let (count, words) = self
+            .known(context, index / self.postures)
+            .unwrap_or((0, &[]));
         let (extra, inspection) = self.counts(index);
-        let gain: Gain = context
-            .sensors
-            .gain(lidar.map_or(0, |l| l.count) + extra, inspection);
+        let gain: Gain = context.sensors.gain(count + extra, inspection);
         let motion = (-context.params.motion_decay * entry.seconds).exp();
         Viewpoint {
             cluster: self.id,
             base: base.pose,
             posture: index % self.postures,
             state: posture.state.clone(),
-            own: self.own(context, lidar.map_or(&[], |l| &l.words), &camera),
+            own: self.own(context, words, &camera),
             camera,
             gain,
             seconds: entry.seconds,

@@ -63,6 +63,9 @@ pub struct Params {
     /// How many updates a LiDAR count may lag behind the map (frontier cells that are gone are
     /// always taken off). 0 is exact.
     pub lidar_patience: u32,
+    /// Side of the squares whose LiDAR positions share one view, taken from the middle, m. 0 is
+    /// exact: each base position has its own.
+    pub lidar_grid: f64,
     /// Limits of the last try.
     pub relaxed: Relaxed,
 }
@@ -105,6 +108,7 @@ impl Default for Params {
             max_incidence: None,
             body_reach: 1.5,
             lidar_patience: 3,
+            lidar_grid: 0.5,
             relaxed: Relaxed {
                 widen: 0.3,
                 bearings: 24,
@@ -187,6 +191,7 @@ impl Params {
             positive("max_incidence", angle)?;
         }
         natural("body_reach", self.body_reach)?;
+        natural("lidar_grid", self.lidar_grid)?;
         natural("relaxed.widen", self.relaxed.widen)?;
         count("relaxed.bearings", self.relaxed.bearings, "1 to 1000")?;
         natural("relaxed.threshold", self.relaxed.threshold)

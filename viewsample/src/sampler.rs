@@ -8,6 +8,7 @@ use crate::map::{Cell, Map};
 use crate::params::Params;
 use crate::posture::Posture;
 use crate::robot::{CostModel, Robot};
+use crate::tiles::Tiles;
 use crate::world::World;
 use crate::{Candidates, Changes, Effort, Error, Gain, Kind, Pose, Seen, Viewpoint};
 
@@ -22,6 +23,7 @@ pub struct Sampler<S> {
     sensors: Sensors,
     postures: Vec<Posture<S>>,
     world: World,
+    tiles: Tiles,
     libraries: BTreeMap<u64, Library>,
     /// Libraries with the limits of the last try, made when asked for.
     last_tries: BTreeMap<u64, Library>,
@@ -44,6 +46,7 @@ impl<S: Clone> Sampler<S> {
             sensors: Sensors::new(params),
             postures,
             world: World::default(),
+            tiles: Tiles::default(),
             libraries: BTreeMap::new(),
             last_tries: BTreeMap::new(),
             tick: 0,
@@ -134,6 +137,16 @@ impl<S: Clone> Sampler<S> {
             self.libraries.remove(id);
             self.last_tries.remove(id);
         }
+        if grown {
+            self.tiles = Tiles::over(&self.world, &self.sensors, self.params.lidar_grid);
+        } else {
+            self.tiles.invalidate(
+                &self.world,
+                &self.sensors,
+                self.tick,
+                self.params.lidar_patience,
+            );
+        }
         let (world, sensors, postures, tick) =
             (&self.world, &self.sensors, &self.postures, self.tick);
         for (libraries, params) in [
@@ -205,6 +218,7 @@ impl<S: Clone> Sampler<S> {
         };
         let context = Context {
             world: &self.world,
+            tiles: &self.tiles,
             sensors: &self.sensors,
             params: &self.params,
             postures: &self.postures,
@@ -247,6 +261,7 @@ impl<S: Clone> Sampler<S> {
         };
         let context = Context {
             world: &self.world,
+            tiles: &self.tiles,
             sensors: &self.sensors,
             params: &self.relaxed,
             postures: &self.postures,
@@ -308,6 +323,7 @@ impl<S: Clone> Sampler<S> {
         }
         let context = Context {
             world: &self.world,
+            tiles: &self.tiles,
             sensors: &self.sensors,
             params: &self.params,
             postures: &self.postures,
@@ -373,7 +389,8 @@ impl<S: Clone> Sampler<S> {
         if self.world.words == 0 {
             return Ok(());
         }
-        let lidar = self.sensors.lidar_sees(&self.world, base);
+        let eye = self.sensors.lidar.map(|lidar| lidar.eye(base));
+        let lidar = eye.map_or_else(Vec::new, |eye| self.sensors.lidar_sees(&self.world, eye));
         for (word, mask) in &lidar {
             visit(*word as usize, *mask, 0);
         }
@@ -417,6 +434,7 @@ impl<S: Clone + Send + Sync> Sampler<S> {
         check_pose(base)?;
         let context = Context {
             world: &self.world,
+            tiles: &self.tiles,
             sensors: &self.sensors,
             params: &self.params,
             postures: &self.postures,
@@ -483,10 +501,14 @@ fn hull(changes: &Changes<'_>) -> Option<(Cell, Cell)> {
 /// Half-open box around cells.
 fn cell_box(cells: &[Cell]) -> Option<(Cell, Cell)> {
     let first = *cells.first()?;
-    Some(cells.iter().fold((first, first.map(|v| v + 1)), |(low, high), c| {
-        (
-            [0, 1, 2].map(|a| low[a].min(c[a])),
-            [0, 1, 2].map(|a| high[a].max(c[a] + 1)),
-        )
-    }))
+    Some(
+        cells
+            .iter()
+            .fold((first, first.map(|v| v + 1)), |(low, high), c| {
+                (
+                    [0, 1, 2].map(|a| low[a].min(c[a])),
+                    [0, 1, 2].map(|a| high[a].max(c[a] + 1)),
+                )
+            }),
+    )
 }

@@ -114,6 +114,22 @@ impl World {
         (a[0] <= b[0] && a[1] <= b[1]).then_some([a[0], a[1], b[0], b[1]])
     }
 
+    /// True if something changed in a clipped rectangle of columns in the last update.
+    #[inline]
+    pub(crate) fn is_dirty(&self, [x0, y0, x1, y1]: [i32; 4]) -> bool {
+        let [a, b, _] = self.low;
+        let low = [(x0 - a) as usize, (y0 - b) as usize];
+        self.dirty
+            .touches(low, [(x1 - a) as usize, (y1 - b) as usize])
+    }
+
+    /// True if a point (m) lies in a free cell.
+    pub(crate) fn is_free_at(&self, p: [f64; 3]) -> bool {
+        let c = [0, 1, 2].map(|a| self.coordinate(a, p[a]));
+        self.index(c)
+            .is_some_and(|(word, bit)| self.free[word] >> bit & 1 != 0)
+    }
+
     /// Heights between which all frontier cells lie, m.
     pub(crate) fn heights(&self) -> [f64; 2] {
         let [low, high] = self.span.unwrap_or([0, 0]);
@@ -169,6 +185,7 @@ impl World {
         let (nx, ny, words) = (span(0) as usize, span(1) as usize, words as usize);
         let total = nx * ny * words;
         let mut new = Self {
+            faces: Vec::new(),
             low: new_low,
             size: [nx, ny],
             span: self.span,
@@ -299,7 +316,7 @@ impl World {
         let (open, exposed) = self.faces[word * 64 + bit as usize];
         let length = from_cell.iter().map(|v| v * v).sum::<f64>().sqrt();
         let needed = least * length;
-        let sign = |face: usize| if face % 2 == 0 { -1.0 } else { 1.0 };
+        let sign = |face: usize| if face.is_multiple_of(2) { -1.0 } else { 1.0 };
         let mut mean = [0.0; 3];
         for face in 0..6 {
             if exposed >> face & 1 != 0 {
@@ -307,7 +324,8 @@ impl World {
             }
         }
         let norm = mean.iter().map(|v: &f64| v * v).sum::<f64>().sqrt();
-        let by_mean = norm > 0.0 && (0..3).map(|n| mean[n] * from_cell[n]).sum::<f64>() >= needed * norm;
+        let by_mean =
+            norm > 0.0 && (0..3).map(|n| mean[n] * from_cell[n]).sum::<f64>() >= needed * norm;
         (0..6).any(|face| {
             let along = sign(face) * from_cell[face / 2];
             open >> face & 1 != 0 && along > 0.5 * self.cell_size && (along >= needed || by_mean)

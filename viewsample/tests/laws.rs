@@ -14,7 +14,7 @@ fn coordinate() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(40))]
 
     /// Camera axes are orthonormal and right-handed, level to the right, and look where they should.
     #[test]
@@ -122,6 +122,57 @@ proptest! {
         prop_assert_eq!(again.effort, viewsample::Effort::default());
         // The nearer robot has the better score.
         prop_assert!(found.views.iter().all(|v| v.score <= v.gain.info));
+    }
+
+    /// With shared LiDAR views, the gain is that of the LiDAR in the middle of its square (or where
+    /// it is, if that is not free), and asking again answers the same.
+    #[test]
+    fn shared_lidar_views_look_from_the_middle(seed in any::<u64>(), side in 0.2..0.9f64) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |c| c[2] < 2);
+        let params = Params { lidar_grid: side, ..params() };
+        let lidar = params.lidar.unwrap();
+        let (base, state) = ([dice.between(0.5, 7.0), dice.between(0.5, 6.0), 0.3], [1.0, 0.0]);
+        let mut sampler = fresh(&map, &all, &params);
+        let found = sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap();
+        for view in &found.views {
+            let eye = lidar.eye(view.base);
+            let mut middle = [0, 1].map(|a: usize| ((eye[a] / side).floor() + 0.5) * side).to_vec();
+            middle.push(eye[2]);
+            let at = if map.is_free(map.cell_at([middle[0], middle[1], eye[2]])) { middle } else { eye.to_vec() };
+            // The base whose LiDAR is there.
+            let there = [at[0] - lidar.offset[0], at[1] - lidar.offset[1], 0.0];
+            prop_assert_eq!(sampler.gain_at(there, &view.camera).unwrap(), view.gain);
+        }
+        let again = sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap();
+        prop_assert_eq!(&again.views, &found.views);
+    }
+
+    /// Shared and late LiDAR views settle: without further changes, patience runs out and
+    /// the answer is that of a sampler built anew.
+    #[test]
+    fn late_views_catch_up(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let mut map = hall(&mut dice);
+        let params = Params { lidar_grid: 0.5, lidar_patience: 2, ..params() };
+        let (base, state) = ([3.0, 3.0, 0.3], [1.0, 0.0]);
+        let old = clusters(&map, |_| false);
+        let mut sampler = fresh(&map, &old, &params);
+        sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap();
+        fill(&mut map, [dice.below(20), dice.below(16), 0], [5, 5, 8], b".#"[dice.below(2)]);
+        let all = clusters(&map, |_| false);
+        let added: Vec<Cluster<'_>> = all.iter().map(OwnedCluster::borrow).collect();
+        let removed: Vec<u64> = old.iter().map(|c| c.id).filter(|id| all.iter().all(|c| c.id != *id)).collect();
+        let (low, high) = map.bounds();
+        sampler.update(&map, &Changes { added: &added, removed: &removed, boxes: &[(low, high)] }).unwrap();
+        for _ in 0..2 {
+            sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap();
+            sampler.update(&map, &Changes::default()).unwrap();
+        }
+        let late = sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap();
+        let anew = fresh(&map, &all, &params).candidates(&mast(&map), &COSTS, base, &state).unwrap();
+        prop_assert_eq!(&late.views, &anew.views);
     }
 
     /// With patience, counts never include cells that are no frontier any more.

@@ -8,7 +8,7 @@ use viewsample::{Changes, Cluster, Kind, Params, Pose};
 use worlds::*;
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(40))]
 
     /// The best view of each library is the brute-force argmax of G over G_info >= threshold.
     #[test]

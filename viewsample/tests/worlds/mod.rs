@@ -51,6 +51,7 @@ pub fn params() -> Params {
         depth: Frustum::degrees(87.0, 58.0, 0.2917, 2.6031),
         rgb: Frustum::degrees(69.0, 42.0, 0.0513, 2.3057),
         lidar_patience: 0,
+        lidar_grid: 0.0,
         ..Params::default()
     }
 }
