@@ -1,1 +1,121 @@
-fn main() {}
+//! The command line: reads arguments, runs, prints, and turns errors into exit statuses.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+use clap::Parser;
+use seekplan::cli::{Cli, Command, HeatsArgs, SceneAction, SensorsArg};
+use seekplan::heats::{self, Sensors, Settings};
+use seekplan::record::{self, Ended, Ground};
+use seekplan::report::ProgressLine;
+use seekplan::scene::Scene;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Exit status for bad input.
+const BAD_INPUT: u8 = 2;
+/// Exit status after Ctrl-C.
+const INTERRUPTED: u8 = 130;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let command = match cli.command {
+        Some(command) => command,
+        // `cargo run --release` alone runs HEATS with its defaults.
+        None => match Cli::parse_from(["seekplan", "heats"]).command {
+            Some(command) => command,
+            None => return ExitCode::from(BAD_INPUT),
+        },
+    };
+    let outcome = match command {
+        Command::Heats(args) => run_heats(&args),
+        Command::Scene(args) => match args.action {
+            SceneAction::Check { scene } => check(&scene),
+        },
+    };
+    match outcome {
+        Ok(code) => code,
+        Err(message) => {
+            eprintln!("seekplan: {message}");
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+fn check(name: &str) -> Result<ExitCode, String> {
+    let scene = Scene::open(name).map_err(|e| e.to_string())?;
+    println!(
+        "{}: {} shapes, {} tags, bounds {:?} to {:?} m: valid",
+        scene.name,
+        scene.shapes.len(),
+        scene.tags.len(),
+        scene.bounds.min,
+        scene.bounds.max
+    );
+    Ok(ExitCode::SUCCESS)
+}
+
+fn settings_of(args: &HeatsArgs) -> Result<Settings, String> {
+    let mut settings = match &args.config {
+        None => Settings { seed: 1, ..Settings::default() },
+        Some(path) => {
+            let text = std::fs::read_to_string(path)
+                .map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+            Settings::from_toml(&text).map_err(|e| e.to_string())?
+        }
+    };
+    settings =
+        settings.with(args.set.iter().map(String::as_str)).map_err(|e| e.to_string())?;
+    if let Some(sensors) = args.sensors {
+        settings.sensors = match sensors {
+            SensorsArg::Both => Sensors::Both,
+            SensorsArg::Camera => Sensors::Camera,
+        };
+    }
+    if let Some(seed) = args.seed {
+        settings.seed = seed;
+    }
+    if args.time_limit.is_some() {
+        settings.time_limit = args.time_limit;
+    }
+    settings.validate().map_err(|e| e.to_string())?;
+    Ok(settings)
+}
+
+fn run_heats(args: &HeatsArgs) -> Result<ExitCode, String> {
+    match args.planner.as_str() {
+        "heats" => {}
+        planner @ ("heats-plus" | "aep" | "wg-nbv") => {
+            return Err(format!("planner {planner} is not built yet; built so far: heats"));
+        }
+        planner => return Err(format!("no planner is called {planner}; built so far: heats")),
+    }
+    let settings = settings_of(args)?;
+    let scene = Scene::open(&args.scene).map_err(|e| e.to_string())?;
+
+    let stop = Arc::new(AtomicBool::new(false));
+    let seen = Arc::clone(&stop);
+    // A second Ctrl-C ends the program at once.
+    ctrlc::set_handler(move || {
+        if seen.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(INTERRUPTED));
+        }
+    })
+    .map_err(|e| format!("cannot listen for Ctrl-C: {e}"))?;
+
+    let mut line = ProgressLine::new(args.quiet);
+    let run = heats::run(&scene, &settings, &stop, &mut |status| line.show(status))
+        .map_err(|e| e.to_string())?;
+    line.finish();
+    let files = record::write(&args.out, &run.result, &Ground::of(&scene), &run.trace)
+        .map_err(|e| e.to_string())?;
+    if !args.quiet {
+        print!("{}", record::closing_table(&run.result));
+        for file in files {
+            println!("  wrote {}", file.display());
+        }
+    }
+    Ok(match run.result.ended {
+        Ended::Interrupted => ExitCode::from(INTERRUPTED),
+        Ended::Complete | Ended::TimeLimit => ExitCode::SUCCESS,
+    })
+}

@@ -1,6 +1,6 @@
 //! The map manager: fuses scans and images, and keeps every layer that planning reads up to date.
 
-use super::settings::{Sensors, Settings};
+use super::settings::Settings;
 use crate::scene::Scene;
 use voxmap::{
     Ball, Camera, CellBox, Config, CostMap, CostMapParams, Esdf, EsdfParams, RegionParams, Regions,
@@ -24,10 +24,11 @@ pub struct Mapper {
     pub regions: Option<Regions>,
     /// Largest distance at which a voxel counts as inspected, m.
     pub inspect_range: f64,
+    /// Largest incidence at which a face counts as inspected, rad; none for the published rule.
+    pub inspect_incidence: Option<f64>,
     region_params: RegionParams,
     segmented_at: f64,
     free_cells: usize,
-    scans: usize,
 }
 
 impl Mapper {
@@ -43,20 +44,18 @@ impl Mapper {
             high: scene.bounds.max,
             sensor: SensorModel { hit: m.hit, miss: m.miss, ..SensorModel::default() },
         })?;
-        let distance = Esdf::new(
-            &map,
-            EsdfParams { truncation: m.truncation, unknown_is_occupied: true },
-        )?;
+        let distance =
+            Esdf::new(&map, EsdfParams { truncation: m.truncation, unknown_is_occupied: true })?;
         let ground = CostMap::project(&map, &CostMapParams::default())?;
         Ok(Self {
             distance,
             ground,
             regions: None,
             inspect_range: m.inspect_range.unwrap_or(scene.limits.d_ins),
+            inspect_incidence: (m.inspect_incidence < 90.0).then(|| m.inspect_incidence.to_radians()),
             region_params: RegionParams { tau: settings.decision.tau, ..RegionParams::default() },
             segmented_at: f64::NEG_INFINITY,
             free_cells: 0,
-            scans: 0,
             map,
         })
     }
@@ -80,14 +79,16 @@ impl Mapper {
         max_range: f64,
         body: &[Ball],
     ) -> Result<(), voxmap::Error> {
-        self.scans += 1;
         self.map.insert(&Scan { origin, hits, misses, max_range, skip: body, ..Scan::default() })?;
         Ok(())
     }
 
     /// Marks what the camera inspects from where it is now.
     pub fn inspect(&mut self, camera: &Camera) {
-        self.map.mark_inspected(camera, self.inspect_range);
+        match self.inspect_incidence {
+            Some(limit) => self.map.mark_inspected_within(camera, self.inspect_range, limit),
+            None => self.map.mark_inspected(camera, self.inspect_range),
+        };
     }
 
     /// Brings distance field and cost map up to date; returns the boxes that changed since the last call.
@@ -97,11 +98,14 @@ impl Mapper {
             return Vec::new();
         }
         self.distance.update(&self.map, &changes);
-        self.ground.update(&self.map, &changes.boxes);
+        self.ground.update(&self.map, &changes.state_boxes);
         changes.boxes
     }
 
     /// Segments the regions anew when enough has changed; labels carry over by overlap.
+    ///
+    /// # Errors
+    /// The segmentation's own message.
     pub fn segment(&mut self, now: f64) -> Result<(), voxmap::Error> {
         let free = self.ground.free_count();
         let changed = free.abs_diff(self.free_cells) as f64 * self.map.cell_size().powi(2);
@@ -118,9 +122,4 @@ impl Mapper {
         }
         Ok(())
     }
-}
-
-/// Whether the LiDAR is in use.
-pub fn uses_lidar(settings: &Settings) -> bool {
-    settings.sensors == Sensors::Both
 }

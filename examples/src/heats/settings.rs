@@ -60,6 +60,10 @@ pub struct MapSettings {
     pub inspect_range: Option<f64>,
     /// Height band of surfaces to inspect above the floor, m. Floor and ceiling are left out.
     pub inspect_band: (f64, f64),
+    /// Largest angle between a face's normal and the direction to the camera at which the face counts as inspected, degrees.
+    /// Each face of a voxel that is open to free space must then be seen from its own side. 90 or more is the published rule:
+    /// one sight of a voxel inspects all of it, so that a table top seen from above is never looked at from below.
+    pub inspect_incidence: f64,
     /// Probabilities of the sensor model: hit, miss, lower clamp, upper clamp, occupied above.
     pub hit: f64,
     /// See [`hit`](Self::hit).
@@ -78,6 +82,7 @@ impl Default for MapSettings {
             cell_size: None,
             inspect_range: None,
             inspect_band: (0.0, 2.4),
+            inspect_incidence: 62.0,
             hit: 0.70,
             miss: 0.40,
             range_noise: 0.0,
@@ -133,6 +138,12 @@ pub struct ViewSettings {
     pub inspection_weight: f64,
     /// Smallest information gain of a candidate.
     pub threshold: f64,
+    /// Least information gain of a last try (one exploration voxel: 0.2).
+    pub relaxed_threshold: f64,
+    /// Radii of the innermost and outermost ring of base positions around a cluster, m.
+    pub ring_min: f64,
+    /// See [`ring_min`](Self::ring_min).
+    pub ring_max: f64,
     /// Range at which LiDAR coverage of frontiers is counted, m.
     pub lidar_range: f64,
     /// Clearance that a viewpoint's spheres keep, m.
@@ -146,6 +157,9 @@ impl Default for ViewSettings {
             exploration_weight: 0.2,
             inspection_weight: 0.8,
             threshold: 2.0,
+            relaxed_threshold: 2.0,
+            ring_min: 0.9,
+            ring_max: 3.0,
             lidar_range: 8.0,
             clearance: 0.05,
         }
@@ -225,7 +239,7 @@ impl Default for MotionSettings {
             horizon: 3.0,
             knots: 30,
             iterations: 3,
-            control_period: 0.05,
+            control_period: 0.04,
             margin: 0.06,
             guard_margin: 0.02,
             base_clearance: 0.06,
@@ -348,6 +362,7 @@ impl Settings {
             positive("map.inspect_range", range)?;
         }
         band("map.inspect_band", self.map.inspect_band)?;
+        positive("map.inspect_incidence", self.map.inspect_incidence)?;
         share("map.hit", self.map.hit)?;
         share("map.miss", self.map.miss)?;
         check(self.map.miss < self.map.hit, "map.miss", self.map.miss, "below map.hit")?;
@@ -363,6 +378,14 @@ impl Settings {
         not_negative("views.exploration_weight", self.views.exploration_weight)?;
         not_negative("views.inspection_weight", self.views.inspection_weight)?;
         not_negative("views.threshold", self.views.threshold)?;
+        not_negative("views.relaxed_threshold", self.views.relaxed_threshold)?;
+        positive("views.ring_min", self.views.ring_min)?;
+        check(
+            self.views.ring_max >= self.views.ring_min,
+            "views.ring_max",
+            self.views.ring_max,
+            "at least views.ring_min",
+        )?;
         positive("views.lidar_range", self.views.lidar_range)?;
         not_negative("views.clearance", self.views.clearance)?;
         positive("decision.tau", self.decision.tau)?;

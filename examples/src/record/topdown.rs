@@ -35,6 +35,23 @@ pub struct Ground {
     pub tags: Vec<Mark>,
 }
 
+impl Ground {
+    /// What a picture shows of a scene.
+    pub fn of(scene: &crate::scene::Scene) -> Self {
+        let (low, high) = (scene.bounds.min, scene.bounds.max);
+        Self {
+            low: [low[0], low[1]],
+            high: [high[0], high[1]],
+            outlines: scene
+                .outlines()
+                .into_iter()
+                .map(|o| Outline { corners: o.corners, band: o.band })
+                .collect(),
+            tags: scene.tags.iter().map(|t| Mark { id: t.id, center: t.center }).collect(),
+        }
+    }
+}
+
 /// Pixels of a metre.
 const SCALE: f64 = 40.0;
 const BORDER: f64 = 20.0;

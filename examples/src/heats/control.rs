@@ -1,0 +1,182 @@
+//! Local IPC optimisation: model predictive control along a whole-body path, and the guard before commands leave
+//! (HEATS sect. V-B).
+
+use super::body::Whole;
+use super::motion::BodyPath;
+use super::settings::MotionSettings;
+use crate::sim::{Command, MotionLimits, State, TICK};
+use ddp_rbf::nalgebra::SVector;
+use ddp_rbf::{
+    Barrier, Constraint, GuardParams, InputBox, Mpc, Options, Robot, StateBox, Tracking, Verdict, guard,
+};
+use robots::{FieldClearance, SelfClearance};
+
+type X = SVector<f64, 9>;
+type U = SVector<f64, 8>;
+
+/// Beyond these distances a constraint does not push: inputs, joints (rad), clearance (m), self-clearance (m).
+const CUTOFFS: (f64, f64, f64, f64) = (0.05, 0.2, 0.25, 0.08);
+
+/// The controller of one run.
+pub struct Controller {
+    mpc: Mpc<9, 8>,
+    settings: MotionSettings,
+    limits: MotionLimits,
+    guard: GuardParams<8>,
+    /// Input asked for at present.
+    wanted: U,
+    /// Commands replaced by braking.
+    pub brakes: usize,
+}
+
+fn state_vector(base: [f64; 3], joints: &[f64; 6]) -> X {
+    X::from_fn(|i, _| if i < 3 { base[i] } else { joints[i - 3] })
+}
+
+fn input_vector(command: &Command) -> U {
+    U::from_fn(|i, _| match i {
+        0 => command.v,
+        1 => command.w,
+        j => command.qd[j - 2],
+    })
+}
+
+fn velocity(state: &State) -> U {
+    input_vector(&Command { v: state.v, w: state.w, qd: state.qd })
+}
+
+fn command_of(u: &U) -> Command {
+    Command { v: u[0], w: u[1], qd: std::array::from_fn(|j| u[2 + j]) }
+}
+
+impl Controller {
+    /// A controller at rest.
+    ///
+    /// # Errors
+    /// The solver's message for a horizon it cannot hold.
+    pub fn new(settings: &MotionSettings, limits: &MotionLimits) -> Result<Self, ddp_rbf::Error> {
+        let acceleration = U::from_fn(|i, _| match i {
+            0 => limits.a,
+            1 => limits.alpha,
+            j => limits.joint_a[j - 2],
+        });
+        Ok(Self {
+            mpc: Mpc::new(settings.knots, settings.horizon / settings.knots as f64)?,
+            settings: settings.clone(),
+            limits: limits.clone(),
+            guard: GuardParams {
+                acceleration,
+                period: settings.control_period,
+                look: TICK,
+                margin: settings.guard_margin,
+            },
+            wanted: U::zeros(),
+            brakes: 0,
+        })
+    }
+
+    /// Forgets the last solution, for a new path.
+    pub fn reset(&mut self) {
+        self.mpc.reset();
+    }
+
+    /// Asks for rest.
+    pub fn halt(&mut self) {
+        self.wanted = U::zeros();
+        self.mpc.reset();
+    }
+
+    /// One control step: solves from the robot's state along `path` from time `t` on, and checks the command.
+    ///
+    /// # Errors
+    /// The solver's message for a state that is not finite.
+    pub fn step(
+        &mut self,
+        whole: &Whole<'_>,
+        state: &State,
+        path: &BodyPath,
+        t: f64,
+    ) -> Result<Verdict, ddp_rbf::Error> {
+        let n = self.settings.knots;
+        let dt = self.settings.horizon / n as f64;
+        let now = velocity(state);
+        let states: Vec<X> = (0..=n)
+            .map(|k| {
+                let (base, joints) = path.at(t + k as f64 * dt);
+                state_vector(base, &joints)
+            })
+            .collect();
+        let inputs: Vec<U> = states
+            .windows(2)
+            .map(|pair| {
+                let d = pair[1] - pair[0];
+                let yaw = 0.5 * (pair[0][2] + pair[1][2]);
+                U::from_fn(|i, _| match i {
+                    0 => (d[0] * yaw.cos() + d[1] * yaw.sin()) / dt,
+                    1 => d[2] / dt,
+                    j => d[j + 1] / dt,
+                })
+            })
+            .collect();
+        let cost = Tracking::new(
+            states,
+            inputs,
+            dt,
+            X::from_column_slice(&[20.0, 20.0, 10.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0]),
+            U::from_column_slice(&[0.5, 0.3, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]),
+            X::from_column_slice(&[20.0, 20.0, 10.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0]),
+        );
+        let (mu, delta) = self.settings.barrier;
+        let barrier = Barrier { mu, delta, cutoff: None };
+        let top = U::from_fn(|i, _| match i {
+            0 => self.limits.v,
+            1 => self.limits.w,
+            j => self.limits.joint_v[j - 2],
+        });
+        let input_box = InputBox::new(-top, top, barrier.until(CUTOFFS.0))
+            .reachable_from(now, self.guard.acceleration * dt);
+        let joint_box = StateBox {
+            limits: (0..6)
+                .map(|j| (3 + j, self.limits.joint_range[j].0, self.limits.joint_range[j].1))
+                .collect(),
+            barrier: barrier.until(CUTOFFS.1),
+        };
+        let field = FieldClearance {
+            robot: whole.robot,
+            field: &whole.mapper.distance,
+            margin: self.settings.margin,
+            barrier: barrier.until(CUTOFFS.2),
+        };
+        let own = SelfClearance { robot: whole.robot, margin: 0.01, barrier: barrier.until(CUTOFFS.3) };
+        let constraints: [&dyn Constraint<9, 8>; 4] = [&input_box, &joint_box, &field, &own];
+        let x0 = state_vector(state.base, &state.joints);
+        self.mpc.shift(self.settings.control_period);
+        let options = Options { iterations: self.settings.iterations, ..Options::default() };
+        self.mpc.step(whole.robot, &cost, &constraints, &x0, &options)?;
+        let command = self.mpc.inputs()[0].zip_map(&top, |u, limit| u.clamp(-limit, limit));
+        let clearance = |x: &X| {
+            let joints = std::array::from_fn(|j| x[3 + j]);
+            // The robot's own parts are exact, so they need less room than the map's.
+            let own = whole.robot.self_clearance(&joints) + self.settings.guard_margin;
+            whole.room([x[0], x[1], x[2]], &joints).min(own)
+        };
+        let (u, verdict) = guard(
+            &x0,
+            &now,
+            &command,
+            &self.guard,
+            |x, u, dt| whole.robot.step(x, u, dt),
+            clearance,
+        );
+        self.brakes += usize::from(verdict == Verdict::Braked);
+        self.wanted = u;
+        Ok(verdict)
+    }
+
+    /// The command of this tick: towards what is wanted, as fast as acceleration allows.
+    pub fn tick(&self, state: &State) -> Command {
+        let now = velocity(state);
+        let change = self.guard.acceleration * TICK;
+        command_of(&U::from_fn(|i, _| now[i] + (self.wanted[i] - now[i]).clamp(-change[i], change[i])))
+    }
+}

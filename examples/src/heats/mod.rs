@@ -1,0 +1,28 @@
+//! HEATS: explore an unknown building and inspect every occupied surface to find tags, with a mobile manipulator.
+//!
+//! Zhang, Wang, Zhang, Wang and Chen, "HEATS: A Hierarchical Framework for Efficient Autonomous Target Search with Mobile
+//! Manipulators". The pipeline composes the workspace's crates: [`mapping`](Mapper) → frontiers → viewpoints →
+//! [`decide`] → whole-body path → control, closed over the simulator.
+
+mod body;
+mod control;
+mod decision;
+mod failures;
+mod mapping;
+mod motion;
+mod search;
+mod settings;
+mod targets;
+
+pub use body::{Exact, Joints, Whole};
+pub use control::Controller;
+pub use decision::{Speeds, Stand, Ways, decide};
+pub use failures::Failures;
+pub use mapping::Mapper;
+pub use motion::{BodyPath, Failure, MotionParams};
+pub use search::{HeatsError, Run, run};
+pub use settings::{
+    DecisionSettings, FrontierSettings, MapSettings, MotionSettings, PlanningTime, Sensors, Settings,
+    SettingsError, ViewSettings,
+};
+pub use targets::{Choice, Targets};

@@ -1,0 +1,380 @@
+//! The target viewpoint planner: frontiers, viewpoint libraries, candidates, decision (HEATS sect. IV).
+
+use super::body::{Joints, Whole};
+use super::decision::{Speeds, Stand, Ways, decide};
+use super::failures::Failures;
+use super::settings::{Sensors, Settings};
+use crate::clock::{Stage, Stopwatch};
+use frontier::{Cell, Frontiers, Kind};
+use robots::MobileManipulator;
+use std::collections::BTreeSet;
+use viewsample::{Changes, Cluster, CostModel, Frustum, Params, Pose, Posture, Sampler, Straight};
+use voxmap::CellBox;
+
+/// Radius of the disc for which ways are measured: the base's half width with its clearance, m.
+fn disc(whole: &Whole<'_>) -> f64 {
+    whole.robot.base_circles().iter().map(|c| c.1).fold(0.0, f64::max) + whole.base_clearance
+}
+
+/// Where to go next, and what is expected there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// Base pose of the library, yaw towards the cluster.
+    pub base: [f64; 3],
+    /// Arm posture of the library.
+    pub joints: Joints,
+    /// Camera pose wanted.
+    pub camera: Pose,
+    /// Information gain expected.
+    pub info: f64,
+    /// True for a last try with relaxed limits.
+    pub relaxed: bool,
+    /// Cells of the cluster it was chosen for.
+    pub cells: Vec<Cell>,
+}
+
+/// What the planner found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    /// Go there.
+    Go(Choice),
+    /// Nothing now, but excluded goals will be free again later.
+    Wait,
+    /// Nothing is left to see.
+    Done,
+}
+
+/// Eq. 2 for what can be reached and is not excluded; never for the rest.
+struct Costs<'a> {
+    straight: Straight<6>,
+    ways: &'a Ways,
+    robot: [f64; 2],
+    failures: &'a Failures,
+    now: f64,
+}
+
+impl CostModel<Joints> for Costs<'_> {
+    fn seconds(&self, from: (&[f64; 3], &Joints), to: (&[f64; 3], &Joints)) -> f64 {
+        let base = [to.0[0], to.0[1]];
+        if self.failures.excludes(base, self.now) || !self.ways.meters(self.robot, base).is_finite() {
+            return f64::INFINITY;
+        }
+        self.straight.seconds(from, to)
+    }
+}
+
+/// The planner's state.
+pub struct Targets {
+    frontiers: Frontiers,
+    sampler: Sampler<Joints>,
+    pending: Vec<CellBox>,
+    first: bool,
+    /// Ids that the sampler holds.
+    held: BTreeSet<u64>,
+    /// Cells of clusters that had their last try.
+    tried: BTreeSet<Cell>,
+    speeds: Speeds,
+    hysteresis: f64,
+    seed: u64,
+    /// Operations of the last decision, for the planner's account, s.
+    pub counted: f64,
+}
+
+impl Targets {
+    /// A planner that knows nothing yet. `postures` are the robot's camera postures.
+    ///
+    /// # Errors
+    /// The crates' own messages for bad settings.
+    pub fn new(
+        settings: &Settings,
+        robot: &MobileManipulator,
+        postures: &[robots::Posture],
+        cell_size: f64,
+        inspect_range: f64,
+        height: f64,
+    ) -> Result<Self, String> {
+        let f = &settings.frontier;
+        let band = |(low, high): (f64, f64)| {
+            ((low / cell_size + 1e-9).floor() as i32, (high.min(height) / cell_size - 1e-9).ceil() as i32)
+        };
+        let frontiers = Frontiers::new(frontier::Params {
+            exploration_size: f.exploration_size,
+            exploration_extent: f.exploration_extent / cell_size,
+            min_exploration: f.min_exploration,
+            min_inspection: f.min_inspection,
+            exploration_band: band(f.exploration_band),
+            inspection_band: band(settings.map.inspect_band),
+            normal_angle: f.normal_angle.to_radians(),
+            inspection_radius: f.inspection_radius / cell_size,
+            ..frontier::Params::default()
+        })
+        .map_err(|e| e.to_string())?;
+        let v = &settings.views;
+        let defaults = Params::default();
+        let params = Params {
+            ring_min: v.ring_min,
+            ring_max: v.ring_max.min(inspect_range - 0.5),
+            lidar: defaults.lidar.filter(|_| settings.sensors == Sensors::Both).map(|l| {
+                viewsample::Lidar { offset: robot.base.lidar, range: v.lidar_range, ..l }
+            }),
+            depth: Frustum { far: 4.0, ..defaults.depth },
+            rgb: Frustum { far: inspect_range, ..defaults.rgb },
+            motion_decay: v.motion_decay,
+            exploration_weight: v.exploration_weight,
+            inspection_weight: v.inspection_weight,
+            threshold: v.threshold,
+            max_incidence: (settings.map.inspect_incidence < 90.0)
+                .then(|| settings.map.inspect_incidence.to_radians()),
+            relaxed: viewsample::Relaxed { threshold: v.relaxed_threshold, ..defaults.relaxed },
+            ..defaults
+        };
+        let postures = postures
+            .iter()
+            .enumerate()
+            .map(|(view, p)| Posture {
+                view,
+                camera: Pose { rotation: p.camera.rows(), translation: p.camera.p },
+                state: p.joints,
+            })
+            .collect();
+        let sampler = Sampler::new(&params, postures).map_err(|e| e.to_string())?;
+        Ok(Self {
+            frontiers,
+            sampler,
+            pending: Vec::new(),
+            first: true,
+            held: BTreeSet::new(),
+            tried: BTreeSet::new(),
+            speeds: Speeds { base: robot.limits.speed, joint: robot.limits.joint_speed[0] },
+            hysteresis: settings.decision.hysteresis,
+            seed: settings.seed,
+            counted: 0.0,
+        })
+    }
+
+    /// Notes boxes of the map that changed.
+    pub fn note(&mut self, boxes: Vec<CellBox>) {
+        self.pending.extend(boxes);
+    }
+
+    /// Brings frontiers and libraries up to date with the map.
+    ///
+    /// # Errors
+    /// The sampler's own message.
+    pub fn update(
+        &mut self,
+        whole: &Whole<'_>,
+        failures: &Failures,
+        watch: &mut Stopwatch,
+    ) -> Result<(), String> {
+        let map = &whole.mapper.map;
+        let mut boxes = std::mem::take(&mut self.pending);
+        if self.first {
+            boxes = vec![map.bounds()];
+            self.first = false;
+        }
+        boxes.sort_unstable();
+        boxes.dedup();
+        let boxes: Vec<(Cell, Cell)> = boxes.into_iter().map(|b| (b.low, b.high)).collect();
+        let (update, _) = watch.time(Stage::Frontier, || self.frontiers.update(map, &boxes));
+        let (result, _) = watch.time(Stage::Viewpoints, || {
+            let h = map.cell_size();
+            let low = map.low();
+            // Given-up cells are no frontier for the sampler.
+            let mut kept: Vec<(u64, Kind, Vec<Cell>, [f64; 3])> = Vec::new();
+            let mut gone: Vec<u64> = update.removed.iter().copied().filter(|id| self.held.remove(id)).collect();
+            for id in update.added.iter().chain(&update.changed) {
+                let Some(c) = self.frontiers.get(*id) else { continue };
+                let cells: Vec<Cell> =
+                    c.cells.iter().copied().filter(|&c| !failures.is_given_up(c)).collect();
+                if c.small || cells.len() * 2 < c.cells.len().min(6) {
+                    if self.held.remove(id) {
+                        gone.push(*id);
+                    }
+                    continue;
+                }
+                let centroid = [0, 1, 2].map(|a| low[a] + c.centroid[a] * h);
+                self.held.insert(*id);
+                kept.push((*id, c.kind, cells, centroid));
+            }
+            gone.sort_unstable();
+            gone.dedup();
+            let added: Vec<Cluster<'_>> = kept
+                .iter()
+                .map(|(id, kind, cells, centroid)| Cluster {
+                    id: *id,
+                    kind: match kind {
+                        Kind::Exploration => viewsample::Kind::Exploration,
+                        Kind::Inspection => viewsample::Kind::Inspection,
+                    },
+                    cells,
+                    centroid: *centroid,
+                })
+                .collect();
+            self.sampler.update(map, &Changes { added: &added, removed: &gone, boxes: &boxes })
+        });
+        result.map_err(|e| e.to_string())
+    }
+
+    /// Information gain that is left at a view.
+    pub fn gain_at(&self, base: [f64; 3], camera: &Pose) -> f64 {
+        self.sampler.gain_at(base, camera).map_or(0.0, |g| g.info)
+    }
+
+    /// Frontier cells in sight of a view.
+    pub fn seen_from(&self, base: [f64; 3], camera: &Pose) -> Vec<Cell> {
+        self.sampler
+            .seen_from(base, camera)
+            .map_or_else(|_| Vec::new(), |s| [s.exploration, s.inspection].concat())
+    }
+
+    /// Takes given-up cells out of the libraries.
+    ///
+    /// # Errors
+    /// The sampler's own message.
+    pub fn drop_given_up(&mut self, whole: &Whole<'_>, failures: &Failures) -> Result<(), String> {
+        let map = &whole.mapper.map;
+        let (h, low) = (map.cell_size(), map.low());
+        let mut kept: Vec<(u64, Kind, Vec<Cell>, [f64; 3])> = Vec::new();
+        let mut gone = Vec::new();
+        for c in self.frontiers.clusters() {
+            if !self.held.contains(&c.id) || !c.cells.iter().any(|&c| failures.is_given_up(c)) {
+                continue;
+            }
+            let cells: Vec<Cell> = c.cells.iter().copied().filter(|&c| !failures.is_given_up(c)).collect();
+            if cells.len() < 3 {
+                gone.push(c.id);
+            } else {
+                kept.push((c.id, c.kind, cells, [0, 1, 2].map(|a| low[a] + c.centroid[a] * h)));
+            }
+        }
+        for id in &gone {
+            self.held.remove(id);
+        }
+        let added: Vec<Cluster<'_>> = kept
+            .iter()
+            .map(|(id, kind, cells, centroid)| Cluster {
+                id: *id,
+                kind: match kind {
+                    Kind::Exploration => viewsample::Kind::Exploration,
+                    Kind::Inspection => viewsample::Kind::Inspection,
+                },
+                cells,
+                centroid: *centroid,
+            })
+            .collect();
+        self.sampler
+            .update(map, &Changes { added: &added, removed: &gone, boxes: &[] })
+            .map_err(|e| e.to_string())
+    }
+
+    /// Chooses the next viewpoint (sect. IV-B and IV-C). `current` is the target under way, if it is still worth going there.
+    ///
+    /// # Errors
+    /// The crates' own messages.
+    pub fn choose(
+        &mut self,
+        whole: &Whole<'_>,
+        failures: &mut Failures,
+        robot: ([f64; 3], Joints),
+        current: Option<&Choice>,
+        now: f64,
+        watch: &mut Stopwatch,
+    ) -> Result<Outcome, String> {
+        let place = [robot.0[0], robot.0[1]];
+        let ways = Ways::new(whole.mapper, disc(whole)).map_err(|e| e.to_string())?;
+        let straight = Straight { base_speed: self.speeds.base, joint_speed: [self.speeds.joint; 6] };
+        let mut relaxed = false;
+        let (found, _) = watch.time(Stage::Viewpoints, || {
+            let costs = Costs { straight, ways: &ways, robot: place, failures, now };
+            self.sampler.candidates(whole, &costs, robot.0, &robot.1)
+        });
+        let found = found.map_err(|e| e.to_string())?;
+        let mut effort = found.effort;
+        let mut views = found.views;
+        if views.is_empty() && current.is_none() {
+            if failures.lift(now) {
+                return Ok(Outcome::Wait);
+            }
+            // The last try: each cluster once, with relaxed limits.
+            let ids: Vec<u64> = found
+                .without
+                .iter()
+                .map(|w| w.0)
+                .filter(|&id| {
+                    self.frontiers.get(id).is_some_and(|c| c.cells.iter().any(|c| !self.tried.contains(c)))
+                })
+                .collect();
+            let costs = Costs { straight, ways: &ways, robot: place, failures, now };
+            let (retry, _) = watch.time(Stage::Viewpoints, || {
+                self.sampler.retry(&ids, whole, &costs, robot.0, &robot.1)
+            });
+            let retry = retry.map_err(|e| e.to_string())?;
+            effort += retry.effort;
+            views = retry.views;
+            relaxed = true;
+            for id in ids {
+                if !views.iter().any(|v| v.cluster == id)
+                    && let Some(c) = self.frontiers.get(id)
+                {
+                    self.tried.extend(c.cells.iter().copied());
+                }
+            }
+        }
+        self.counted = 0.005
+            + 15e-6 * effort.camera_views as f64
+            + 100e-6 * effort.lidar_views as f64
+            + 2e-6 * effort.body_checks as f64;
+        if views.is_empty() && current.is_none() {
+            return Ok(Outcome::Done);
+        }
+        let mut stands: Vec<Stand> = views
+            .iter()
+            .map(|v| Stand { base: [v.base[0], v.base[1]], joints: v.state, is_current: false })
+            .collect();
+        if let Some(c) = current {
+            stands.push(Stand { base: [c.base[0], c.base[1]], joints: c.joints, is_current: true });
+        }
+        let params = atsp::Params { kicks: 300, seed: self.seed, ..atsp::Params::default() };
+        let (choice, _) = watch.time(Stage::Decision, || {
+            decide(whole.mapper, &ways, self.speeds, self.hysteresis, (place, robot.1), &stands, &params)
+        });
+        self.counted += 1e-3 * ways.count() as f64 + 20e-6 * stands.len() as f64;
+        let Some(choice) = choice.map_err(|e| e.to_string())? else { return Ok(Outcome::Done) };
+        let Some(view) = views.get(choice.candidate) else {
+            return Ok(current.map_or(Outcome::Done, |c| Outcome::Go(c.clone())));
+        };
+        let cells = self.frontiers.get(view.cluster).map_or_else(Vec::new, |c| c.cells.clone());
+        if relaxed {
+            self.tried.extend(cells.iter().copied());
+        }
+        Ok(Outcome::Go(Choice {
+            base: view.base,
+            joints: view.state,
+            camera: view.camera,
+            info: view.gain.info,
+            relaxed,
+            cells,
+        }))
+    }
+
+    /// The inspection clusters that are left, as centre (m) and cells.
+    pub fn leftovers(&self, whole: &Whole<'_>) -> Vec<([f64; 3], Vec<Cell>)> {
+        let map = &whole.mapper.map;
+        self.frontiers
+            .clusters()
+            .filter(|c| c.kind == Kind::Inspection && !c.small)
+            .map(|c| ([0, 1, 2].map(|a| map.low()[a] + c.centroid[a] * map.cell_size()), c.cells.clone()))
+            .collect()
+    }
+
+    /// Clusters held, for the record.
+    pub fn len(&self) -> usize {
+        self.sampler.len()
+    }
+
+    /// True if no cluster is held.
+    pub fn is_empty(&self) -> bool {
+        self.sampler.is_empty()
+    }
+}

@@ -1,0 +1,61 @@
+//! HEATS on the small embedded scene, whole, twice.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use seekplan::heats::{self, Settings};
+use seekplan::record::{Ended, RunResult};
+use seekplan::scene::Scene;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+fn run(settings: &Settings) -> RunResult {
+    let scene = Scene::builtin("closet").unwrap();
+    heats::run(&scene, settings, &AtomicBool::new(false), &mut |_| {}).unwrap().result
+}
+
+#[test]
+fn the_closet_is_searched_whole_and_the_same_way_twice() {
+    let settings = Settings { seed: 1, ..Settings::default() };
+    let result = run(&settings);
+    assert_eq!(result.ended, Ended::Complete);
+    assert_eq!(result.found, result.targets);
+    assert_eq!(result.collisions, 0);
+    assert_eq!(result.limit_violations, 0);
+    assert!(result.min_clearance_m > 0.0);
+    assert!(result.explored_fraction > 0.9, "{}", result.explored_fraction);
+
+    let again = run(&settings);
+    let text = |r: &RunResult| serde_json::to_string(&r.reproducible()).unwrap();
+    assert_eq!(text(&result), text(&again));
+
+    // Coverage never falls, and tags only add up.
+    for pair in result.progress.windows(2) {
+        assert!(pair[1].found >= pair[0].found);
+        assert!(pair[1].time_s > pair[0].time_s);
+    }
+}
+
+#[test]
+fn one_thread_gives_the_same_result_as_two() {
+    let settings = Settings { seed: 2, time_limit: Some(10.0), ..Settings::default() };
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let result = pool.install(|| run(&settings));
+        serde_json::to_string(&result.reproducible()).unwrap()
+    };
+    assert_eq!(with(1), with(2));
+}
+
+#[test]
+fn an_interrupted_run_keeps_its_result() {
+    let scene = Scene::builtin("closet").unwrap();
+    let stop = AtomicBool::new(false);
+    let settings = Settings { seed: 1, ..Settings::default() };
+    let run = heats::run(&scene, &settings, &stop, &mut |status| {
+        if status.time > 5.0 {
+            stop.store(true, Ordering::Relaxed);
+        }
+    })
+    .unwrap();
+    assert_eq!(run.result.ended, Ended::Interrupted);
+    assert!(run.result.search_time_s > 5.0);
+    assert!(!run.trace.samples.is_empty());
+}
