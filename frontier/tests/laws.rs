@@ -1,0 +1,146 @@
+//! Properties that hold for any map.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use frontier::grid::{Grid, State};
+use frontier::{Cell, Frontiers, Kind, Params, conformance, exploration, inspection};
+use proptest::prelude::*;
+use std::collections::BTreeSet;
+
+const SIZE: [i32; 3] = [70, 6, 5];
+
+fn state() -> impl Strategy<Value = State> {
+    prop_oneof![
+        Just(State::Unknown),
+        Just(State::Free),
+        Just(State::Occupied),
+        Just(State::Inspected)
+    ]
+}
+
+/// Maps made of a few boxes of one state each.
+fn maps() -> impl Strategy<Value = Grid> {
+    prop::collection::vec(
+        (
+            0..70i32,
+            0..6i32,
+            0..5i32,
+            1..30i32,
+            1..6i32,
+            1..5i32,
+            state(),
+        ),
+        1..12,
+    )
+    .prop_map(|boxes| {
+        let mut grid = Grid::new(SIZE);
+        for (x, y, z, dx, dy, dz, state) in boxes {
+            fill(&mut grid, [x, y, z], [x + dx, y + dy, z + dz], state);
+        }
+        grid
+    })
+}
+
+fn fill(grid: &mut Grid, low: Cell, high: Cell, state: State) {
+    for z in low[2]..high[2] {
+        for y in low[1]..high[1] {
+            for x in low[0]..high[0] {
+                grid.set([x, y, z], state);
+            }
+        }
+    }
+}
+
+fn cells(frontiers: &Frontiers, kind: Kind) -> BTreeSet<Cell> {
+    let mut all = BTreeSet::new();
+    for cluster in frontiers.clusters().filter(|c| c.kind == kind) {
+        for &cell in &cluster.cells {
+            assert!(all.insert(cell), "{cell:?} is in two clusters");
+        }
+    }
+    all
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+    #[test]
+    fn the_built_in_map_keeps_the_laws(map in maps()) {
+        conformance::check(&map);
+    }
+
+    /// A fully known map has nothing left to explore, a fully inspected one nothing left to inspect.
+    #[test]
+    fn known_maps_have_no_frontier(rows in prop::collection::vec("[.+]{6}", 1..6)) {
+        let map = Grid::parse(&rows.join("\n"));
+        prop_assert!(exploration(&map).is_empty());
+        prop_assert!(inspection(&map, (i32::MIN, i32::MAX)).is_empty());
+    }
+
+    /// After any edits the clusters hold exactly the cells of a search from scratch, each once, and clusters that no edit
+    /// touched keep their ids and cells.
+    #[test]
+    fn updates_equal_a_search_from_scratch(
+        start in maps(),
+        edits in prop::collection::vec((0..70i32, 0..6i32, 0..5i32, 1..6i32, state()), 1..8),
+    ) {
+        let mut map = start;
+        let mut frontiers = Frontiers::new(Params { min_exploration: 3, ..Params::default() }).unwrap();
+        frontiers.update(&map, &[]);
+        for (x, y, z, d, state) in edits {
+            let before: Vec<_> = frontiers.clusters().cloned().collect();
+            let (low, high) = ([x, y, z], [x + d, y + d, z + d]);
+            fill(&mut map, low, high, state);
+            let update = frontiers.update(&map, &[(low, high)]);
+            let explore: BTreeSet<Cell> = exploration(&map).into_iter().collect();
+            let inspect: BTreeSet<Cell> = inspection(&map, (i32::MIN, i32::MAX)).into_iter().collect();
+            prop_assert_eq!(&cells(&frontiers, Kind::Exploration), &explore);
+            prop_assert_eq!(&cells(&frontiers, Kind::Inspection), &inspect);
+            for cell in &explore {
+                prop_assert_eq!(frontiers.is_frontier(*cell), Some(Kind::Exploration));
+            }
+            for old in before {
+                let untouched = !update.removed.contains(&old.id) && !update.changed.contains(&old.id);
+                if untouched {
+                    prop_assert_eq!(&frontiers.get(old.id).unwrap().cells, &old.cells);
+                }
+            }
+            for id in update.added.iter().chain(&update.changed) {
+                prop_assert!(frontiers.get(*id).is_some());
+            }
+        }
+    }
+
+    /// Small clusters are marked, not lost; inspection clusters stay within their radius; the centroid is their mean.
+    #[test]
+    fn clusters_keep_their_limits(map in maps()) {
+        let params = Params { inspection_radius: 4.0, ..Params::default() };
+        let mut frontiers = Frontiers::new(params.clone()).unwrap();
+        frontiers.update(&map, &[]);
+        for c in frontiers.clusters() {
+            let least = if c.kind == Kind::Exploration { params.min_exploration } else { params.min_inspection };
+            prop_assert_eq!(c.small, c.cells.len() < least);
+            let n = c.cells.len() as f64;
+            for a in 0..3 {
+                let mean = c.cells.iter().map(|p| f64::from(p[a]) + 0.5).sum::<f64>() / n;
+                prop_assert!((mean - c.centroid[a]).abs() < 1e-9);
+            }
+            if c.kind == Kind::Inspection && c.cells.len() > 1 {
+                for p in &c.cells {
+                    let far: f64 = (0..3).map(|a| (f64::from(p[a]) + 0.5 - c.centroid[a]).powi(2)).sum();
+                    prop_assert!(far.sqrt() <= 4.0 + 1e-9);
+                }
+            }
+        }
+    }
+
+    /// The same map gives the same clusters.
+    #[test]
+    fn clustering_is_deterministic(map in maps()) {
+        let run = || {
+            let mut frontiers = Frontiers::new(Params::default()).unwrap();
+            frontiers.update(&map, &[]);
+            frontiers.clusters().cloned().collect::<Vec<_>>()
+        };
+        prop_assert_eq!(run(), run());
+    }
+}
