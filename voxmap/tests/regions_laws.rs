@@ -118,7 +118,7 @@ fn labels_carry_over_by_overlap() {
     let before = plan([90, 50], &[[42, 20, 82, 44]]);
     let after = plan(
         [90, 50],
-        &[[0, 20, 40, 44], [42, 20, 82, 44], [40, 30, 42, 34]],
+        &[[0, 17, 40, 47], [42, 17, 82, 47], [40, 31, 42, 33]],
     );
     let first = Regions::segment(&before, &RegionParams::default()).unwrap();
     let mut second = Regions::segment(&after, &RegionParams::default()).unwrap();

@@ -20,6 +20,9 @@ impl Map for VoxelMap {
     fn is_occupied(&self, cell: Cell) -> bool {
         Self::is_occupied(self, cell)
     }
+    fn faces(&self, cell: Cell) -> (u8, u8) {
+        (self.open_faces(cell), self.exposed_faces(cell))
+    }
     fn walk(&self, from: [f64; 3], to: [f64; 3], visit: &mut dyn FnMut(Cell) -> ControlFlow<()>) {
         Self::walk(self, from, to, visit);
     }

@@ -1,0 +1,295 @@
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use hybrid_astar::grid::Grid;
+use hybrid_astar::*;
+
+/// 8 m by 6 m, empty.
+fn hall() -> Grid {
+    Grid::new([80, 60], 0.1, [0.0; 2], &[false; 4800]).unwrap()
+}
+
+/// The hall with a wall at x = 4 m and a door of the given width at y = 3 m.
+fn two_rooms(door: f64) -> Grid {
+    let blocked: Vec<bool> = (0..4800)
+        .map(|i| {
+            let (x, y) = (i % 80, i / 80);
+            (40..42).contains(&x) && ((y as f64 + 0.5) * 0.1 - 3.0).abs() > 0.5 * door
+        })
+        .collect();
+    Grid::new([80, 60], 0.1, [0.0; 2], &blocked).unwrap()
+}
+
+fn robot() -> Footprint {
+    Footprint::circles(&[
+        ([-0.25, 0.0], 0.302),
+        ([0.0, 0.0], 0.302),
+        ([0.25, 0.0], 0.302),
+    ])
+}
+
+fn go(map: &Grid, start: [f64; 3], goal: [f64; 2], yaw: &GoalYaw) -> Plan {
+    plan(map, &robot(), start, goal, yaw, &Params::default()).unwrap()
+}
+
+#[test]
+fn straight_ahead_is_one_run_of_the_trapezoid() {
+    let p = go(&hall(), [1.0, 3.0, 0.0], [6.0, 3.0], &GoalYaw::Free);
+    assert_eq!((p.status, p.segments.len()), (Status::Solved, 1));
+    assert!((p.length - 5.0).abs() < 1e-9);
+    // 5 m at 0.8 m/s plus one second for speeding up and braking.
+    assert!((p.seconds - 7.25).abs() < 0.01, "{}", p.seconds);
+}
+
+#[test]
+fn a_free_heading_curves_without_a_stop() {
+    let p = go(&hall(), [1.5, 1.5, 1.57], [6.0, 3.0], &GoalYaw::Free);
+    assert_eq!(p.segments.len(), 1);
+    assert_eq!(p.segments[0].motion, Motion::Forward);
+}
+
+#[test]
+fn start_on_the_goal_is_solved_and_empty() {
+    let p = go(&hall(), [1.0, 3.0, 0.4], [1.0, 3.0], &GoalYaw::Free);
+    assert_eq!(
+        (p.status, p.length, p.seconds, p.segments.len()),
+        (Status::Solved, 0.0, 0.0, 0)
+    );
+    assert_eq!(p.poses(), [[1.0, 3.0, 0.4]]);
+    let timed = p.time(&Limits::default(), 0.1).unwrap();
+    assert_eq!((timed.poses.len(), timed.seconds()), (1, 0.0));
+    let p = go(&hall(), [1.0, 3.0, 0.4], [1.0, 3.0], &GoalYaw::Fixed(-2.0));
+    assert_eq!((p.segments.len(), p.segments[0].motion), (1, Motion::Turn));
+}
+
+#[test]
+fn doors_that_fit_and_that_do_not() {
+    let (start, goal) = ([1.0, 1.0, 0.0], [7.0, 5.0]);
+    assert_eq!(
+        go(&two_rooms(0.9), start, goal, &GoalYaw::Free).status,
+        Status::Solved
+    );
+    let shut = go(&two_rooms(0.0), start, goal, &GoalYaw::Free);
+    assert_eq!(shut.status, Status::Disconnected);
+    assert_eq!(
+        shut.reason.unwrap().to_string(),
+        "no connection from start to goal for a disc of 0.322 m, the largest inside the footprint"
+    );
+    // Open for the wave's generous disc, not for the robot.
+    let tight = go(&two_rooms(0.6), start, goal, &GoalYaw::Free);
+    assert!(
+        matches!(
+            tight.status,
+            Status::Exhausted | Status::BudgetExhausted | Status::Disconnected
+        ),
+        "{:?}",
+        tight.status
+    );
+}
+
+#[test]
+fn blocked_ends_say_by_how_much() {
+    let map = two_rooms(0.9);
+    let p = go(&map, [4.0, 0.5, 0.0], [7.0, 5.0], &GoalYaw::Free);
+    assert_eq!(p.status, Status::StartBlocked);
+    assert!(p.reason.unwrap().to_string().contains("lacks"));
+    let p = go(&map, [1.0, 1.0, 0.0], [4.1, 0.5], &GoalYaw::Free);
+    assert_eq!(p.status, Status::GoalBlocked);
+    assert!(
+        p.reason
+            .unwrap()
+            .to_string()
+            .contains("needs at least 0.322 m")
+    );
+    let p = go(&map, [1.0, 1.0, 0.0], [99.0, 0.5], &GoalYaw::Free);
+    assert_eq!(p.status, Status::GoalBlocked);
+    let p = go(&map, [-50.0, 1.0, 0.0], [1.0, 1.0], &GoalYaw::Free);
+    assert_eq!(p.status, Status::StartBlocked);
+}
+
+#[test]
+fn a_blocked_goal_moves_within_its_tolerance() {
+    let params = Params {
+        goal_tolerance: 0.6,
+        ..Params::default()
+    };
+    let p = plan(
+        &two_rooms(0.9),
+        &robot(),
+        [1.0, 1.0, 0.0],
+        [3.8, 1.0],
+        &GoalYaw::Free,
+        &params,
+    )
+    .unwrap();
+    assert_eq!(p.status, Status::Solved);
+    assert!(p.goal_shift > 0.05 && p.goal_shift < 0.6);
+}
+
+#[test]
+fn a_start_too_close_is_left_without_getting_closer() {
+    // The tail is 5 cm nearer to the lower wall than the margin allows, the nose points away. (Parallel to the wall the robot
+    // could not leave: any turn would swing one end closer.)
+    let start = [3.0, 0.27 + 0.25 * 0.6f64.sin(), 0.6];
+    let map = hall();
+    let p = go(&map, start, [6.0, 4.0], &GoalYaw::Free);
+    assert_eq!(p.status, Status::Solved);
+    assert!(
+        (p.start_violation - 0.052).abs() < 0.01,
+        "{}",
+        p.start_violation
+    );
+    let room = |q: [f64; 3]| {
+        robot()
+            .circles()
+            .iter()
+            .map(|c| map.clearance([q[0] + q[2].cos() * c.0[0], q[1] + q[2].sin() * c.0[0]]) - c.1)
+            .fold(f64::INFINITY, f64::min)
+    };
+    let before = room(start);
+    assert!(p.poses().iter().all(|&q| room(q) >= before - 1e-6));
+    let strict = Params {
+        start_tolerance: 0.01,
+        ..Params::default()
+    };
+    assert_eq!(
+        plan(&map, &robot(), start, [6.0, 4.0], &GoalYaw::Free, &strict)
+            .unwrap()
+            .status,
+        Status::StartBlocked
+    );
+}
+
+#[test]
+fn budgets_end_the_search() {
+    let map = two_rooms(0.9);
+    let none = Params {
+        max_expansions: 0,
+        ..Params::default()
+    };
+    let p = plan(
+        &map,
+        &robot(),
+        [1.0, 1.0, 0.0],
+        [7.0, 5.0],
+        &GoalYaw::Free,
+        &none,
+    )
+    .unwrap();
+    assert_eq!((p.status, p.expansions), (Status::BudgetExhausted, 0));
+    let narrow = two_rooms(0.6);
+    let mut planner = Planner::new(Params::default()).unwrap();
+    let p = planner
+        .plan_until(
+            &narrow,
+            &robot(),
+            [1.0, 1.0, 0.0],
+            [7.0, 5.0],
+            &GoalYaw::Free,
+            &mut || true,
+        )
+        .unwrap();
+    assert!(matches!(
+        p.status,
+        Status::Stopped | Status::Exhausted | Status::Disconnected
+    ));
+}
+
+#[test]
+fn bad_input_is_an_error_that_names_the_value() {
+    let map = hall();
+    let ask = |robot: &Footprint, start, goal, yaw: &GoalYaw, params: &Params| {
+        plan(&map, robot, start, goal, yaw, params)
+            .unwrap_err()
+            .to_string()
+    };
+    let (s, g, p) = ([1.0; 3], [2.0; 2], Params::default());
+    assert!(ask(&robot(), [f64::NAN, 1.0, 0.0], g, &GoalYaw::Free, &p).contains("start"));
+    assert!(ask(&robot(), s, [f64::INFINITY, 0.0], &GoalYaw::Free, &p).contains("goal"));
+    assert!(ask(&robot(), s, g, &GoalYaw::Fixed(f64::NAN), &p).contains("goal yaw"));
+    assert!(ask(&robot(), s, g, &GoalYaw::Any(vec![]), &p).contains("at least one"));
+    assert!(
+        ask(&Footprint::circles(&[]), s, g, &GoalYaw::Free, &p).contains("at least one circle")
+    );
+    assert!(ask(&Footprint::disc(0.0), s, g, &GoalYaw::Free, &p).contains("positive"));
+    assert!(
+        ask(
+            &robot(),
+            s,
+            g,
+            &GoalYaw::Free,
+            &Params {
+                cell_size: 0.0,
+                ..p.clone()
+            }
+        )
+        .contains("cell_size = 0")
+    );
+    assert!(
+        ask(
+            &robot(),
+            s,
+            g,
+            &GoalYaw::Free,
+            &Params {
+                limits: Limits {
+                    v: 0.0,
+                    ..Limits::default()
+                },
+                ..p.clone()
+            }
+        )
+        .contains("v = 0")
+    );
+    assert!(
+        ask(
+            &robot(),
+            s,
+            g,
+            &GoalYaw::Free,
+            &Params {
+                cell_size: 1e-9,
+                ..p.clone()
+            }
+        )
+        .contains("larger cells")
+    );
+    let solved = go(&map, [1.0, 1.0, 0.0], [2.0, 2.0], &GoalYaw::Free);
+    assert!(
+        solved
+            .time(&Limits::default(), 0.0)
+            .unwrap_err()
+            .to_string()
+            .contains("dt = 0")
+    );
+    assert!(solved.time(&Limits::default(), f64::NAN).is_err());
+    assert!(Field::from(&map, -1.0, [1.0, 1.0], &GridParams::default()).is_err());
+    assert!(Field::from(&map, 0.3, [f64::NAN, 1.0], &GridParams::default()).is_err());
+}
+
+#[test]
+fn a_moving_start_keeps_its_speed() {
+    let p = go(&hall(), [1.0, 3.0, 0.0], [6.0, 3.0], &GoalYaw::Free);
+    let timed = p.time_from(&Limits::default(), 0.1, 0.8).unwrap();
+    assert!(timed.v[0] > 0.78 && timed.seconds() < p.seconds);
+    // Backwards is not how this path begins.
+    assert_eq!(
+        p.time_from(&Limits::default(), 0.1, -0.8).unwrap().v[0],
+        0.0
+    );
+}
+
+#[test]
+fn fields_of_blocked_and_outside_points() {
+    let map = two_rooms(0.0);
+    let f = Field::from(&map, 0.3, [1.0, 1.0], &GridParams::default()).unwrap();
+    assert!(
+        f.distance([7.0, 5.0]).is_infinite()
+            && f.distance([-5.0, 0.0]).is_infinite()
+            && f.distance([f64::NAN; 2]).is_infinite()
+    );
+    assert!(f.path([7.0, 5.0]).is_empty());
+    assert!(f.distance([3.8, 1.0]).is_infinite() && f.distance_near([3.8, 1.0], 0.6).is_finite());
+    // A source in a wall starts from the nearest open cells.
+    let f = Field::from(&map, 0.3, [3.8, 1.0], &GridParams::default()).unwrap();
+    assert!((f.distance([1.0, 1.0]) - 2.8).abs() < 0.4);
+}
