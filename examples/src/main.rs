@@ -56,15 +56,19 @@ fn check(name: &str) -> Result<ExitCode, String> {
 
 fn settings_of(args: &HeatsArgs) -> Result<Settings, String> {
     let mut settings = match &args.config {
-        None => Settings { seed: 1, ..Settings::default() },
+        None => Settings {
+            seed: 1,
+            ..Settings::default()
+        },
         Some(path) => {
             let text = std::fs::read_to_string(path)
                 .map_err(|e| format!("cannot read {}: {e}", path.display()))?;
             Settings::from_toml(&text).map_err(|e| e.to_string())?
         }
     };
-    settings =
-        settings.with(args.set.iter().map(String::as_str)).map_err(|e| e.to_string())?;
+    settings = settings
+        .with(args.set.iter().map(String::as_str))
+        .map_err(|e| e.to_string())?;
     if let Some(sensors) = args.sensors {
         settings.sensors = match sensors {
             SensorsArg::Both => Sensors::Both,
@@ -85,9 +89,15 @@ fn run_heats(args: &HeatsArgs) -> Result<ExitCode, String> {
     match args.planner.as_str() {
         "heats" => {}
         planner @ ("heats-plus" | "aep" | "wg-nbv") => {
-            return Err(format!("planner {planner} is not built yet; built so far: heats"));
+            return Err(format!(
+                "planner {planner} is not built yet; built so far: heats"
+            ));
         }
-        planner => return Err(format!("no planner is called {planner}; built so far: heats")),
+        planner => {
+            return Err(format!(
+                "no planner is called {planner}; built so far: heats"
+            ));
+        }
     }
     let settings = settings_of(args)?;
     let scene = Scene::open(&args.scene).map_err(|e| e.to_string())?;

@@ -31,7 +31,11 @@ pub struct ProgressLine {
 impl ProgressLine {
     /// A line on standard error; silent if `quiet`.
     pub fn new(quiet: bool) -> Self {
-        Self { quiet, terminal: std::io::stderr().is_terminal(), next_plain: 0.0 }
+        Self {
+            quiet,
+            terminal: std::io::stderr().is_terminal(),
+            next_plain: 0.0,
+        }
     }
 
     /// Shows the status.

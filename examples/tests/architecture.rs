@@ -4,27 +4,49 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const ALGORITHMS: [&str; 7] =
-    ["voxfrontier", "viewsample", "hybrid-astar", "strrt", "ddp-rbf", "atsp", "objsearch"];
+const ALGORITHMS: [&str; 7] = [
+    "voxfrontier",
+    "viewsample",
+    "hybrid-astar",
+    "strrt",
+    "ddp-rbf",
+    "atsp",
+    "objsearch",
+];
 const PROVIDERS: [&str; 2] = ["voxmap", "mobimanip"];
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .unwrap()
+        .to_owned()
 }
 
 fn packages() -> Vec<serde_json::Value> {
     let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--no-deps", "--format-version", "1", "--offline"])
+        .args([
+            "metadata",
+            "--no-deps",
+            "--format-version",
+            "1",
+            "--offline",
+        ])
         .current_dir(root())
         .output()
         .unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     metadata["packages"].as_array().unwrap().clone()
 }
 
 fn package<'a>(all: &'a [serde_json::Value], name: &str) -> &'a serde_json::Value {
-    all.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("no package {name}"))
+    all.iter()
+        .find(|p| p["name"] == name)
+        .unwrap_or_else(|| panic!("no package {name}"))
 }
 
 fn is_ours(name: &str) -> bool {
@@ -55,7 +77,10 @@ fn providers_reach_algorithms_only_through_optional_features() {
             }
         }
         let default = package["features"]["default"].as_array().unwrap();
-        assert!(default.is_empty(), "{name} has default features {default:?}");
+        assert!(
+            default.is_empty(),
+            "{name} has default features {default:?}"
+        );
     }
 }
 
@@ -75,7 +100,15 @@ fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
 fn library_code() -> Vec<(PathBuf, String)> {
     let mut files = Vec::new();
     for folder in [
-        "voxmap", "frontier", "viewsample", "atsp", "hybrid-astar", "strrt", "ddp-rbf", "objsearch", "robots",
+        "voxmap",
+        "frontier",
+        "viewsample",
+        "atsp",
+        "hybrid-astar",
+        "strrt",
+        "ddp-rbf",
+        "objsearch",
+        "robots",
     ] {
         sources(&root().join(folder).join("src"), &mut files);
     }
@@ -97,7 +130,13 @@ fn library_code() -> Vec<(PathBuf, String)> {
 #[test]
 fn libraries_read_no_clock_and_start_no_thread() {
     for (path, code) in library_code() {
-        for word in ["Instant::now", "SystemTime", "std::thread", "println!", "eprintln!"] {
+        for word in [
+            "Instant::now",
+            "SystemTime",
+            "std::thread",
+            "println!",
+            "eprintln!",
+        ] {
             assert!(!code.contains(word), "{} uses {word}", path.display());
         }
     }
@@ -123,7 +162,10 @@ fn public_signatures_name_no_foreign_math_type() {
         let nalgebra_allowed = ["ddp-rbf", "robots"]
             .iter()
             .any(|c| path.components().any(|part| part.as_os_str() == *c));
-        for line in code.lines().filter(|l| l.trim_start().starts_with("pub fn")) {
+        for line in code
+            .lines()
+            .filter(|l| l.trim_start().starts_with("pub fn"))
+        {
             for word in ["DVec3", "Vec3A", "parry", "ChaCha", "rand::"] {
                 assert!(!line.contains(word), "{}: {line}", path.display());
             }
@@ -141,8 +183,14 @@ fn only_the_simulator_knows_the_ground_truth() {
     for path in files {
         let text = std::fs::read_to_string(&path).unwrap();
         if text.contains("parry3d") {
-            let inside = path.components().any(|c| c.as_os_str() == "sim" || c.as_os_str() == "scene");
-            assert!(inside || path.ends_with("scene.rs"), "{} uses exact geometry", path.display());
+            let inside = path
+                .components()
+                .any(|c| c.as_os_str() == "sim" || c.as_os_str() == "scene");
+            assert!(
+                inside || path.ends_with("scene.rs"),
+                "{} uses exact geometry",
+                path.display()
+            );
         }
     }
 }

@@ -4,7 +4,10 @@
 use std::process::{Command, Output};
 
 fn seekplan(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_seekplan")).args(args).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_seekplan"))
+        .args(args)
+        .output()
+        .unwrap()
 }
 
 fn refused(args: &[&str], words: &[&str]) {
@@ -18,23 +21,38 @@ fn refused(args: &[&str], words: &[&str]) {
 
 #[test]
 fn planners_not_built_yet_are_refused_by_name() {
-    refused(&["heats", "--planner", "heats-plus"], &["heats-plus", "not built yet", "heats"]);
+    refused(
+        &["heats", "--planner", "heats-plus"],
+        &["heats-plus", "not built yet", "heats"],
+    );
     refused(&["heats", "--planner", "aep"], &["aep", "not built yet"]);
     refused(&["heats", "--planner", "magic"], &["magic"]);
 }
 
 #[test]
 fn unknown_settings_are_refused_by_name() {
-    refused(&["heats", "--set", "views.motion_dekay=0.4"], &["motion_dekay"]);
+    refused(
+        &["heats", "--set", "views.motion_dekay=0.4"],
+        &["motion_dekay"],
+    );
     refused(&["heats", "--set", "views.motion_decay"], &["key=value"]);
-    refused(&["heats", "--set", "views.motion_decay=-1"], &["views.motion_decay", "-1"]);
+    refused(
+        &["heats", "--set", "views.motion_decay=-1"],
+        &["views.motion_decay", "-1"],
+    );
     refused(&["heats", "--set", "map.cell_size=nan"], &["cell_size"]);
-    refused(&["heats", "--config", "/nowhere/a.toml"], &["/nowhere/a.toml"]);
+    refused(
+        &["heats", "--config", "/nowhere/a.toml"],
+        &["/nowhere/a.toml"],
+    );
 }
 
 #[test]
 fn unknown_scenes_are_refused_by_name() {
-    refused(&["heats", "--scene", "/nowhere/s.json"], &["/nowhere/s.json"]);
+    refused(
+        &["heats", "--scene", "/nowhere/s.json"],
+        &["/nowhere/s.json"],
+    );
     refused(&["scene", "check", "atlantis"], &["atlantis"]);
 }
 
@@ -47,7 +65,11 @@ fn unknown_flags_exit_with_two() {
 fn embedded_scenes_are_valid() {
     for scene in ["office", "maze", "lab", "closet"] {
         let output = seekplan(&["scene", "check", scene]);
-        assert!(output.status.success(), "{scene}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(
+            output.status.success(),
+            "{scene}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
     }
 }
 
@@ -55,12 +77,29 @@ fn embedded_scenes_are_valid() {
 fn a_zero_time_limit_still_leaves_a_result() {
     let folder = std::env::temp_dir().join(format!("seekplan-zero-{}", std::process::id()));
     let out = folder.to_string_lossy().into_owned();
-    let output = seekplan(&["heats", "--scene", "closet", "--time-limit", "0", "--out", &out, "--quiet"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = seekplan(&[
+        "heats",
+        "--scene",
+        "closet",
+        "--time-limit",
+        "0",
+        "--out",
+        &out,
+        "--quiet",
+    ]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let text = std::fs::read_to_string(folder.join("result.json")).unwrap();
     let result: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(result["ended"], "time_limit");
     assert_eq!(result["schema"], "seekplan-result/1");
-    assert!(std::fs::read_to_string(folder.join("topdown.svg")).unwrap().ends_with("</svg>\n"));
+    assert!(
+        std::fs::read_to_string(folder.join("topdown.svg"))
+            .unwrap()
+            .ends_with("</svg>\n")
+    );
     std::fs::remove_dir_all(folder).unwrap();
 }

@@ -8,19 +8,28 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 fn run(settings: &Settings) -> RunResult {
     let scene = Scene::builtin("closet").unwrap();
-    heats::run(&scene, settings, &AtomicBool::new(false), &mut |_| {}).unwrap().result
+    heats::run(&scene, settings, &AtomicBool::new(false), &mut |_| {})
+        .unwrap()
+        .result
 }
 
 #[test]
 fn the_closet_is_searched_whole_and_the_same_way_twice() {
-    let settings = Settings { seed: 1, ..Settings::default() };
+    let settings = Settings {
+        seed: 1,
+        ..Settings::default()
+    };
     let result = run(&settings);
     assert_eq!(result.ended, Ended::Complete);
     assert_eq!(result.found, result.targets);
     assert_eq!(result.collisions, 0);
     assert_eq!(result.limit_violations, 0);
     assert!(result.min_clearance_m > 0.0);
-    assert!(result.explored_fraction > 0.9, "{}", result.explored_fraction);
+    assert!(
+        result.explored_fraction > 0.9,
+        "{}",
+        result.explored_fraction
+    );
 
     let again = run(&settings);
     let text = |r: &RunResult| serde_json::to_string(&r.reproducible()).unwrap();
@@ -35,9 +44,16 @@ fn the_closet_is_searched_whole_and_the_same_way_twice() {
 
 #[test]
 fn one_thread_gives_the_same_result_as_two() {
-    let settings = Settings { seed: 2, time_limit: Some(10.0), ..Settings::default() };
+    let settings = Settings {
+        seed: 2,
+        time_limit: Some(10.0),
+        ..Settings::default()
+    };
     let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         let result = pool.install(|| run(&settings));
         serde_json::to_string(&result.reproducible()).unwrap()
     };
@@ -48,7 +64,10 @@ fn one_thread_gives_the_same_result_as_two() {
 fn an_interrupted_run_keeps_its_result() {
     let scene = Scene::builtin("closet").unwrap();
     let stop = AtomicBool::new(false);
-    let settings = Settings { seed: 1, ..Settings::default() };
+    let settings = Settings {
+        seed: 1,
+        ..Settings::default()
+    };
     let run = heats::run(&scene, &settings, &stop, &mut |status| {
         if status.time > 5.0 {
             stop.store(true, Ordering::Relaxed);

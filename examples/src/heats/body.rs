@@ -15,32 +15,55 @@ impl Exact {
     /// Joint capsules, the camera's box and the base: in a fixed order.
     fn parts(&self, state: &BodyState, out: &mut Body) {
         let capsule = |c: &Capsule, name, stands| Part {
-            shape: PartShape::Capsule { a: c.a, b: c.b, radius: c.radius },
+            shape: PartShape::Capsule {
+                a: c.a,
+                b: c.b,
+                radius: c.radius,
+            },
             stands,
             name,
         };
         let cuboid = |c: &Cuboid, name, stands| Part {
-            shape: PartShape::Box { center: c.frame.p, rotation: c.frame.rows(), half: c.half },
+            shape: PartShape::Box {
+                center: c.frame.p,
+                rotation: c.frame.rows(),
+                half: c.half,
+            },
             stands,
             name,
         };
         out.parts.clear();
-        out.parts.push(cuboid(&self.0.base_box(state.base), "base", true));
+        out.parts
+            .push(cuboid(&self.0.base_box(state.base), "base", true));
         let base = robots::Frame::planar(state.base);
-        out.parts.push(capsule(&self.0.base.pedestal_capsule(&base), "pedestal", true));
+        out.parts.push(capsule(
+            &self.0.base.pedestal_capsule(&base),
+            "pedestal",
+            true,
+        ));
         for link in &self.0.link_capsules(state) {
             out.parts.push(capsule(link, "arm", false));
         }
-        out.parts.push(cuboid(&self.0.camera_box(state), "camera", false));
+        out.parts
+            .push(cuboid(&self.0.camera_box(state), "camera", false));
     }
 }
 
 impl Kinematics for Exact {
     fn body(&self, base: [f64; 3], joints: &Joints, out: &mut Body) {
-        self.parts(&BodyState { base, joints: *joints }, out);
+        self.parts(
+            &BodyState {
+                base,
+                joints: *joints,
+            },
+            out,
+        );
     }
     fn camera(&self, base: [f64; 3], joints: &Joints) -> CameraPose {
-        let frame = self.0.camera_frame(&BodyState { base, joints: *joints });
+        let frame = self.0.camera_frame(&BodyState {
+            base,
+            joints: *joints,
+        });
         (frame.rows(), frame.p)
     }
 }
@@ -77,10 +100,17 @@ impl Whole<'_> {
         let map = &self.mapper.map;
         let (low, size, h) = (map.low(), map.size(), map.cell_size());
         self.robot
-            .arm_spheres(&BodyState { base, joints: *joints })
+            .arm_spheres(&BodyState {
+                base,
+                joints: *joints,
+            })
             .iter()
             .map(|s| {
-                let mut room = self.mapper.distance.distance(s.center).min(s.center[2] - low[2]);
+                let mut room = self
+                    .mapper
+                    .distance
+                    .distance(s.center)
+                    .min(s.center[2] - low[2]);
                 for a in 0..2 {
                     let high = low[a] + size[a] as f64 * h;
                     room = room.min(s.center[a] - low[a]).min(high - s.center[a]);
@@ -97,16 +127,19 @@ impl Whole<'_> {
 
     /// True if the arm keeps its clearance to the map and to the robot itself.
     pub fn arm_is_free(&self, base: [f64; 3], joints: &Joints) -> bool {
-        self.arm_room(base, joints) >= self.arm_clearance
-            && self.robot.self_is_free(joints, 0.005)
+        self.arm_room(base, joints) >= self.arm_clearance && self.robot.self_is_free(joints, 0.005)
     }
 }
 
 impl viewsample::Robot for Whole<'_> {
     type State = Joints;
     fn reach(&self, base_from_camera: &viewsample::Pose) -> Option<Joints> {
-        let frame = robots::Frame::from_rows(&base_from_camera.rotation, base_from_camera.translation);
-        self.robot.ik_camera_frame([0.0; 3], &frame, &[0.0; 6]).best().map(|s| s.joints)
+        let frame =
+            robots::Frame::from_rows(&base_from_camera.rotation, base_from_camera.translation);
+        self.robot
+            .ik_camera_frame([0.0; 3], &frame, &[0.0; 6])
+            .best()
+            .map(|s| s.joints)
     }
     fn is_free(&self, base: [f64; 3], joints: &Joints) -> bool {
         self.base_is_free(base) && self.arm_room(base, joints) >= self.arm_clearance

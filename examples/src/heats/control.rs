@@ -7,7 +7,8 @@ use super::settings::MotionSettings;
 use crate::sim::{Command, MotionLimits, State, TICK};
 use ddp_rbf::nalgebra::SVector;
 use ddp_rbf::{
-    Barrier, Constraint, GuardParams, InputBox, Mpc, Options, Robot, StateBox, Tracking, Verdict, guard,
+    Barrier, Constraint, GuardParams, InputBox, Mpc, Options, Robot, StateBox, Tracking, Verdict,
+    guard,
 };
 use robots::{FieldClearance, SelfClearance};
 
@@ -42,11 +43,19 @@ fn input_vector(command: &Command) -> U {
 }
 
 fn velocity(state: &State) -> U {
-    input_vector(&Command { v: state.v, w: state.w, qd: state.qd })
+    input_vector(&Command {
+        v: state.v,
+        w: state.w,
+        qd: state.qd,
+    })
 }
 
 fn command_of(u: &U) -> Command {
-    Command { v: u[0], w: u[1], qd: std::array::from_fn(|j| u[2 + j]) }
+    Command {
+        v: u[0],
+        w: u[1],
+        qd: std::array::from_fn(|j| u[2 + j]),
+    }
 }
 
 impl Controller {
@@ -127,7 +136,11 @@ impl Controller {
             X::from_column_slice(&[20.0, 20.0, 10.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0]),
         );
         let (mu, delta) = self.settings.barrier;
-        let barrier = Barrier { mu, delta, cutoff: None };
+        let barrier = Barrier {
+            mu,
+            delta,
+            cutoff: None,
+        };
         let top = U::from_fn(|i, _| match i {
             0 => self.limits.v,
             1 => self.limits.w,
@@ -137,7 +150,13 @@ impl Controller {
             .reachable_from(now, self.guard.acceleration * dt);
         let joint_box = StateBox {
             limits: (0..6)
-                .map(|j| (3 + j, self.limits.joint_range[j].0, self.limits.joint_range[j].1))
+                .map(|j| {
+                    (
+                        3 + j,
+                        self.limits.joint_range[j].0,
+                        self.limits.joint_range[j].1,
+                    )
+                })
                 .collect(),
             barrier: barrier.until(CUTOFFS.1),
         };
@@ -147,12 +166,20 @@ impl Controller {
             margin: self.settings.margin,
             barrier: barrier.until(CUTOFFS.2),
         };
-        let own = SelfClearance { robot: whole.robot, margin: 0.01, barrier: barrier.until(CUTOFFS.3) };
+        let own = SelfClearance {
+            robot: whole.robot,
+            margin: 0.01,
+            barrier: barrier.until(CUTOFFS.3),
+        };
         let constraints: [&dyn Constraint<9, 8>; 4] = [&input_box, &joint_box, &field, &own];
         let x0 = state_vector(state.base, &state.joints);
         self.mpc.shift(self.settings.control_period);
-        let options = Options { iterations: self.settings.iterations, ..Options::default() };
-        self.mpc.step(whole.robot, &cost, &constraints, &x0, &options)?;
+        let options = Options {
+            iterations: self.settings.iterations,
+            ..Options::default()
+        };
+        self.mpc
+            .step(whole.robot, &cost, &constraints, &x0, &options)?;
         let command = self.mpc.inputs()[0].zip_map(&top, |u, limit| u.clamp(-limit, limit));
         let clearance = |x: &X| {
             let joints = std::array::from_fn(|j| x[3 + j]);
@@ -177,6 +204,8 @@ impl Controller {
     pub fn tick(&self, state: &State) -> Command {
         let now = velocity(state);
         let change = self.guard.acceleration * TICK;
-        command_of(&U::from_fn(|i, _| now[i] + (self.wanted[i] - now[i]).clamp(-change[i], change[i])))
+        command_of(&U::from_fn(|i, _| {
+            now[i] + (self.wanted[i] - now[i]).clamp(-change[i], change[i])
+        }))
     }
 }

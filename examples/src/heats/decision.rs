@@ -44,7 +44,10 @@ impl Ways {
     /// The grid's own message.
     pub fn new(mapper: &Mapper, radius: f64) -> Result<Self, hybrid_astar::Error> {
         let cell_size = mapper.map.cell_size();
-        let params = GridParams { cell_size, ..GridParams::default() };
+        let params = GridParams {
+            cell_size,
+            ..GridParams::default()
+        };
         Ok(Self {
             space: Space::new(&mapper.ground, radius, &params)?,
             fields: RefCell::default(),
@@ -56,8 +59,12 @@ impl Ways {
     pub fn meters(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
         let key = from.map(|v| (v / self.cell_size).floor() as i32);
         let mut fields = self.fields.borrow_mut();
-        let field = fields.entry(key).or_insert_with(|| self.space.field(from).ok());
-        field.as_ref().map_or(f64::INFINITY, |f| f.distance_near(to, 0.3))
+        let field = fields
+            .entry(key)
+            .or_insert_with(|| self.space.field(from).ok());
+        field
+            .as_ref()
+            .map_or(f64::INFINITY, |f| f.distance_near(to, 0.3))
     }
 
     /// Fields made so far.
@@ -81,7 +88,9 @@ pub fn decide(
     stands: &[Stand],
     params: &Params,
 ) -> Result<Option<Choice>, atsp::Error> {
-    let Some(regions) = &mapper.regions else { return Ok(None) };
+    let Some(regions) = &mapper.regions else {
+        return Ok(None);
+    };
     let ids = regions.ids();
     let index = |p: [f64; 2]| {
         let id = regions.nearest_label(p);
@@ -93,14 +102,20 @@ pub fn decide(
     let region_of: Vec<usize> = stands.iter().map(|s| index(s.base)).collect();
     let center = |r: usize| regions.center(ids[r]).unwrap_or(robot.0);
     let arm = |a: &Joints, b: &Joints| {
-        (0..6).map(|j| (a[j] - b[j]).abs() / speeds.joint).fold(0.0, f64::max)
+        (0..6)
+            .map(|j| (a[j] - b[j]).abs() / speeds.joint)
+            .fold(0.0, f64::max)
     };
     let seconds = |from: Place, to: Place| match (from, to) {
         (Place::Robot, Place::Candidate(c)) => {
             let stand = &stands[c];
             let way = ways.meters(robot.0, stand.base) / speeds.base;
             let time = way.max(arm(&robot.1, &stand.joints));
-            if stand.is_current { time * (1.0 - hysteresis) } else { time }
+            if stand.is_current {
+                time * (1.0 - hysteresis)
+            } else {
+                time
+            }
         }
         (Place::Candidate(a), Place::Candidate(b)) => {
             // From the later one, so that each pair asks for one field.
@@ -111,18 +126,30 @@ pub fn decide(
         (Place::Candidate(c), Place::Region(r)) => {
             let (from, to) = (stands[c].base, center(r));
             let way = ways.meters(to, from);
-            let way = if way.is_finite() { way } else { UNREACHABLE + straight(from, to) };
+            let way = if way.is_finite() {
+                way
+            } else {
+                UNREACHABLE + straight(from, to)
+            };
             way / speeds.base
         }
         (Place::Region(a), Place::Region(b)) => {
             let (from, to) = (center(a), center(b));
             let way = ways.meters(from, to);
-            let way = if way.is_finite() { way } else { UNREACHABLE + straight(from, to) };
+            let way = if way.is_finite() {
+                way
+            } else {
+                UNREACHABLE + straight(from, to)
+            };
             way / speeds.base
         }
         _ => f64::INFINITY,
     };
-    let decision = Decision { current: index(robot.0), regions: ids.len(), region_of: &region_of };
+    let decision = Decision {
+        current: index(robot.0),
+        regions: ids.len(),
+        region_of: &region_of,
+    };
     two_level(&decision, seconds, params)
 }
 

@@ -26,16 +26,26 @@ pub struct Failures {
 impl Failures {
     /// True while goals around `base` are excluded.
     pub fn excludes(&self, base: [f64; 2], now: f64) -> bool {
-        self.exclusions.iter().any(|e| now < e.until && near(e.base, base))
+        self.exclusions
+            .iter()
+            .any(|e| now < e.until && near(e.base, base))
     }
 
     /// Notes a failure at a base goal; it stays excluded for `first` seconds, twice as long each further time.
     /// Returns how often goals around it have failed.
     pub fn strike(&mut self, base: [f64; 2], now: f64, first: f64) -> u32 {
-        let index = self.exclusions.iter().position(|e| near(e.base, base)).unwrap_or_else(|| {
-            self.exclusions.push(Exclusion { base, failures: 0, until: now });
-            self.exclusions.len() - 1
-        });
+        let index = self
+            .exclusions
+            .iter()
+            .position(|e| near(e.base, base))
+            .unwrap_or_else(|| {
+                self.exclusions.push(Exclusion {
+                    base,
+                    failures: 0,
+                    until: now,
+                });
+                self.exclusions.len() - 1
+            });
         let exclusion = &mut self.exclusions[index];
         exclusion.failures += 1;
         exclusion.until = now + first * f64::from(1 << (exclusion.failures - 1).min(10));
@@ -58,7 +68,12 @@ impl Failures {
         self.cells.extend(cells.iter().copied());
         let voxels = self.cells.len() - before;
         if voxels > 0 {
-            self.given_up.push(GivenUp { place, voxels, reason: reason.to_owned(), time_s: now });
+            self.given_up.push(GivenUp {
+                place,
+                voxels,
+                reason: reason.to_owned(),
+                time_s: now,
+            });
         }
     }
 

@@ -42,18 +42,31 @@ impl Mapper {
             cell_size: m.cell_size.unwrap_or(scene.limits.voxel),
             low: scene.bounds.min,
             high: scene.bounds.max,
-            sensor: SensorModel { hit: m.hit, miss: m.miss, ..SensorModel::default() },
+            sensor: SensorModel {
+                hit: m.hit,
+                miss: m.miss,
+                ..SensorModel::default()
+            },
         })?;
-        let distance =
-            Esdf::new(&map, EsdfParams { truncation: m.truncation, unknown_is_occupied: true })?;
+        let distance = Esdf::new(
+            &map,
+            EsdfParams {
+                truncation: m.truncation,
+                unknown_is_occupied: true,
+            },
+        )?;
         let ground = CostMap::project(&map, &CostMapParams::default())?;
         Ok(Self {
             distance,
             ground,
             regions: None,
             inspect_range: m.inspect_range.unwrap_or(scene.limits.d_ins),
-            inspect_incidence: (m.inspect_incidence < 90.0).then(|| m.inspect_incidence.to_radians()),
-            region_params: RegionParams { tau: settings.decision.tau, ..RegionParams::default() },
+            inspect_incidence: (m.inspect_incidence < 90.0)
+                .then(|| m.inspect_incidence.to_radians()),
+            region_params: RegionParams {
+                tau: settings.decision.tau,
+                ..RegionParams::default()
+            },
             segmented_at: f64::NEG_INFINITY,
             free_cells: 0,
             map,
@@ -79,14 +92,23 @@ impl Mapper {
         max_range: f64,
         body: &[Ball],
     ) -> Result<(), voxmap::Error> {
-        self.map.insert(&Scan { origin, hits, misses, max_range, skip: body, ..Scan::default() })?;
+        self.map.insert(&Scan {
+            origin,
+            hits,
+            misses,
+            max_range,
+            skip: body,
+            ..Scan::default()
+        })?;
         Ok(())
     }
 
     /// Marks what the camera inspects from where it is now.
     pub fn inspect(&mut self, camera: &Camera) {
         match self.inspect_incidence {
-            Some(limit) => self.map.mark_inspected_within(camera, self.inspect_range, limit),
+            Some(limit) => self
+                .map
+                .mark_inspected_within(camera, self.inspect_range, limit),
             None => self.map.mark_inspected(camera, self.inspect_range),
         };
     }

@@ -22,7 +22,7 @@ pub use mapping::Mapper;
 pub use motion::{BodyPath, Failure, MotionParams};
 pub use search::{HeatsError, Run, run};
 pub use settings::{
-    DecisionSettings, FrontierSettings, MapSettings, MotionSettings, PlanningTime, Sensors, Settings,
-    SettingsError, ViewSettings,
+    DecisionSettings, FrontierSettings, MapSettings, MotionSettings, PlanningTime, Sensors,
+    Settings, SettingsError, ViewSettings,
 };
 pub use targets::{Choice, Targets};

@@ -33,13 +33,18 @@ impl BodyPath {
         let (f, next) = (u - k as f64, (k + 1).min(last));
         (
             std::array::from_fn(|i| self.base[k][i] + f * (self.base[next][i] - self.base[k][i])),
-            std::array::from_fn(|j| self.joints[k][j] + f * (self.joints[next][j] - self.joints[k][j])),
+            std::array::from_fn(|j| {
+                self.joints[k][j] + f * (self.joints[next][j] - self.joints[k][j])
+            }),
         )
     }
 
     /// Last state.
     pub fn end(&self) -> ([f64; 3], Joints) {
-        (self.base[self.base.len() - 1], self.joints[self.joints.len() - 1])
+        (
+            self.base[self.base.len() - 1],
+            self.joints[self.joints.len() - 1],
+        )
     }
 }
 
@@ -106,34 +111,58 @@ pub(super) fn plan_base(
         _ => true,
     };
     if aligned && (from[0] - goal[0]).hypot(from[1] - goal[1]) < 0.03 {
-        return Ok(BasePath { poses: vec![from], expansions: 0 });
+        return Ok(BasePath {
+            poses: vec![from],
+            expansions: 0,
+        });
     }
     let footprint = Footprint::circles(whole.robot.base_circles());
     let plan = planner
         .plan(&whole.mapper.ground, &footprint, from, goal, yaw)
         .map_err(|e| Failure(format!("base path: {e}")))?;
     if !plan.is_solved() {
-        let reason = plan.reason.as_ref().map_or_else(|| format!("{:?}", plan.status), ToString::to_string);
+        let reason = plan
+            .reason
+            .as_ref()
+            .map_or_else(|| format!("{:?}", plan.status), ToString::to_string);
         return Err(Failure(format!("base path: {reason}")));
     }
     let timed = plan
         .time_from(&params.base, STEP, speed)
         .or_else(|_| plan.time(&params.base, STEP))
         .map_err(|e| Failure(format!("base timing: {e}")))?;
-    let poses = if timed.poses.is_empty() { vec![from] } else { timed.poses };
-    Ok(BasePath { poses, expansions: plan.expansions })
+    let poses = if timed.poses.is_empty() {
+        vec![from]
+    } else {
+        timed.poses
+    };
+    Ok(BasePath {
+        poses,
+        expansions: plan.expansions,
+    })
 }
 
 /// Joints that give the wanted camera pose with the base where it will stand, free of collision; the quickest first.
-pub(super) fn compensate(whole: &Whole<'_>, goal: &BodyState, base: [f64; 3], from: &Joints) -> Option<Joints> {
+pub(super) fn compensate(
+    whole: &Whole<'_>,
+    goal: &BodyState,
+    base: [f64; 3],
+    from: &Joints,
+) -> Option<Joints> {
     let wanted: Frame = whole.robot.camera_frame(goal);
     let exact = whole.robot.ik_camera_frame(base, &wanted, from);
-    if let Some(found) = exact.as_slice().iter().find(|s| whole.arm_is_free(base, &s.joints)) {
+    if let Some(found) = exact
+        .as_slice()
+        .iter()
+        .find(|s| whole.arm_is_free(base, &s.joints))
+    {
         return Some(found.joints);
     }
     let near = whole.robot.compensate_yaw(goal, base, from).ok()?;
-    (near.position_error <= NEAR.0 && near.angle_error <= NEAR.1 && whole.arm_is_free(base, &near.joints))
-        .then_some(near.joints)
+    (near.position_error <= NEAR.0
+        && near.angle_error <= NEAR.1
+        && whole.arm_is_free(base, &near.joints))
+    .then_some(near.joints)
 }
 
 /// Plans the arm over the base's path; the base waits where the arm needs longer.
@@ -148,7 +177,11 @@ pub(super) fn plan_arm(
     goal: Joints,
     seed: u64,
 ) -> Result<(BodyPath, usize), Failure> {
-    let arm = ArmOnBase { whole, base, params };
+    let arm = ArmOnBase {
+        whole,
+        base,
+        params,
+    };
     let clamped: Joints =
         std::array::from_fn(|j| from[j].clamp(params.joint_range[j].0, params.joint_range[j].1));
     let blocked = !whole.arm_is_free(base[0], &clamped);
@@ -169,7 +202,13 @@ pub(super) fn plan_arm(
     let poses = (0..plan.path.len())
         .map(|i| base[i.saturating_sub(plan.waited_before).min(last)])
         .collect();
-    Ok((BodyPath { base: poses, joints: plan.path }, plan.iterations))
+    Ok((
+        BodyPath {
+            base: poses,
+            joints: plan.path,
+        },
+        plan.iterations,
+    ))
 }
 
 /// Whether the rest of a path, from a time on, keeps at least `margin` of room, looked at every 0.2 s.

@@ -4,18 +4,21 @@ use super::body::{Exact, Joints, Whole};
 use super::control::Controller;
 use super::failures::Failures;
 use super::mapping::Mapper;
-use super::motion::{BodyPath, Failure, MotionParams, STEP, compensate, is_clear, plan_arm, plan_base};
+use super::motion::{
+    BodyPath, Failure, MotionParams, STEP, compensate, is_clear, plan_arm, plan_base,
+};
 use super::settings::{PlanningTime, Sensors, Settings};
 use super::targets::{Choice, Outcome, Targets};
 use crate::clock::{Account, Lap, Planning, Stage, Stopwatch};
 use crate::record::{
-    Coverage, Ended, MapLayer, Progress, RunResult, SCHEMA, Sample, StageMs, Stop, TargetFound, Trace, Wall,
+    Coverage, Ended, MapLayer, Progress, RunResult, SCHEMA, Sample, StageMs, Stop, TargetFound,
+    Trace, Wall,
 };
 use crate::report::Status;
 use crate::scene::Scene;
 use crate::sim::{
-    DepthCamera, DepthModel, GroundTruth, Lidar, LidarModel, MotionLimits, Noise, Simulator, TICK, TagCamera,
-    TagDetector, World,
+    DepthCamera, DepthModel, GroundTruth, Lidar, LidarModel, MotionLimits, Noise, Simulator, TICK,
+    TagCamera, TagDetector, World,
 };
 use hybrid_astar::{GoalYaw, Limits, Planner};
 use robots::{BodyState, MobileManipulator};
@@ -24,6 +27,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use viewsample::Pose;
 use voxmap::{Ball, Camera, Ground};
 
+/// Room that a view's base pose has beyond what paths need, so that a path can end there with any yaw near it, m.
+const VIEW_ROOM: f64 = 0.04;
+/// Turning rate of the camera below which images are sharp enough to read a tag (G item 45), rad/s.
+const STEADY: f64 = 1.0;
 /// Time between samples of the way, s.
 const SAMPLE_PERIOD: f64 = 0.2;
 /// How long a robot that should move may stand, s.
@@ -128,6 +135,8 @@ struct Search<'a> {
     arrived: Option<Target>,
     rgb: (f64, f64),
     looked_around: bool,
+    /// Whether the last image was sharp; a tag must be read in two in a row.
+    was_steady: bool,
     activity: &'static str,
     trace: Trace,
     progress: Vec<Progress>,
@@ -147,8 +156,14 @@ fn whole<'a>(robot: &'a MobileManipulator, mapper: &'a Mapper, settings: &Settin
 }
 
 fn camera_at(robot: &MobileManipulator, base: [f64; 3], joints: &Joints) -> Pose {
-    let frame = robot.camera_frame(&BodyState { base, joints: *joints });
-    Pose { rotation: frame.rows(), translation: frame.p }
+    let frame = robot.camera_frame(&BodyState {
+        base,
+        joints: *joints,
+    });
+    Pose {
+        rotation: frame.rows(),
+        translation: frame.p,
+    }
 }
 
 impl<'a> Search<'a> {
@@ -195,6 +210,7 @@ impl<'a> Search<'a> {
             margin: settings.motion.base_clearance,
             start_tolerance: 0.15,
             goal_tolerance: 0.0,
+            max_expansions: 20_000,
             ..hybrid_astar::Params::default()
         })
         .map_err(|e| planner(&e))?;
@@ -210,7 +226,13 @@ impl<'a> Search<'a> {
             dropout: settings.map.dropout,
             seed: settings.seed.wrapping_mul(2).wrapping_add(stream),
         };
-        let lidar = Lidar::new(LidarModel { offset: robot.base.lidar, ..LidarModel::default() }, noise(0));
+        let lidar = Lidar::new(
+            LidarModel {
+                offset: robot.base.lidar,
+                ..LidarModel::default()
+            },
+            noise(0),
+        );
         let depth = DepthCamera::new(DepthModel::default(), noise(1));
         let tag_camera = TagCamera::new(mapper.inspect_range);
         let rgb = (
@@ -250,12 +272,14 @@ impl<'a> Search<'a> {
             arrived: None,
             rgb,
             looked_around: false,
+            was_steady: false,
             activity: "looking around",
             trace: Trace::default(),
             progress: Vec::new(),
             decisions: 0,
             views_reached: 0,
-            camera_down: postures.get(1).map_or(postures[0].joints, |p| p.joints),
+            // 50 degrees down: the image reaches from the robot's feet to beyond where the LiDAR first meets the floor.
+            camera_down: postures.get(3).map_or(postures[0].joints, |p| p.joints),
             time_limit: settings.time_limit.unwrap_or(l.time_limit),
             robot,
         })
@@ -273,10 +297,16 @@ impl<'a> Search<'a> {
         let state = *self.sim.state();
         let body: Vec<Ball> = self
             .robot
-            .spheres(&BodyState { base: state.base, joints: state.joints })
+            .spheres(&BodyState {
+                base: state.base,
+                joints: state.joints,
+            })
             .all
             .iter()
-            .map(|s| Ball { center: s.center, radius: s.radius })
+            .map(|s| Ball {
+                center: s.center,
+                radius: s.radius,
+            })
             .collect();
         self.mapper.clear_start(&body, 0.3);
         let every = |seconds: f64| (seconds / TICK).round() as u64;
@@ -319,10 +349,16 @@ impl<'a> Search<'a> {
         let state = *self.sim.state();
         let body: Vec<Ball> = self
             .robot
-            .spheres(&BodyState { base: state.base, joints: state.joints })
+            .spheres(&BodyState {
+                base: state.base,
+                joints: state.joints,
+            })
             .all
             .iter()
-            .map(|s| Ball { center: s.center, radius: s.radius })
+            .map(|s| Ball {
+                center: s.center,
+                radius: s.radius,
+            })
             .collect();
         let both = self.settings.sensors == Sensors::Both;
         let lap = Lap::start();
@@ -333,13 +369,22 @@ impl<'a> Search<'a> {
         let lap = Lap::start();
         if due.lidar && both {
             let scan = self.sim.scan();
-            self.mapper.integrate(scan.origin, &scan.hits, &scan.misses, scan.max_range, &body)?;
+            self.mapper
+                .integrate(scan.origin, &scan.hits, &scan.misses, scan.max_range, &body)?;
         }
         if due.depth {
             let image = self.sim.image();
-            self.mapper.integrate(image.origin, &image.hits, &image.misses, image.max_range, &body)?;
+            self.mapper.integrate(
+                image.origin,
+                &image.hits,
+                &image.misses,
+                image.max_range,
+                &body,
+            )?;
         }
-        if due.rgb {
+        // Images of a camera that turns fast are blurred: no tag is read in them, so nothing counts as inspected.
+        let steady = self.sim.camera_turn() < STEADY;
+        if due.rgb && steady && std::mem::replace(&mut self.was_steady, steady) {
             let (rotation, translation) = *self.sim.camera();
             let camera = Camera {
                 rotation,
@@ -348,6 +393,8 @@ impl<'a> Search<'a> {
                 tan_half_v: self.rgb.1,
             };
             self.mapper.inspect(&camera);
+        } else if due.rgb {
+            self.was_steady = steady;
         }
         let boxes = self.mapper.refresh();
         self.targets.note(boxes);
@@ -378,7 +425,12 @@ impl<'a> Search<'a> {
         }
         let mut current = None;
         match &self.motion {
-            Motion::Follow(Follow { target: None, path, time, .. }) => {
+            Motion::Follow(Follow {
+                target: None,
+                path,
+                time,
+                ..
+            }) => {
                 if *time < path.seconds() + 0.2 {
                     return Ok(false);
                 }
@@ -395,7 +447,12 @@ impl<'a> Search<'a> {
                 } else if now < self.next_decision {
                     return Ok(false);
                 } else {
+                    self.refresh()?;
                     current = self.worth_going();
+                    if current.is_some() {
+                        self.next_decision = now + self.settings.decision.period;
+                        return Ok(false);
+                    }
                 }
             }
             Motion::Rest => {
@@ -429,7 +486,10 @@ impl<'a> Search<'a> {
             // Smoothstep: rest to rest, within the acceleration limits.
             t * t * (3.0 - 2.0 * t)
         };
-        let mut path = BodyPath { base: Vec::new(), joints: Vec::new() };
+        let mut path = BodyPath {
+            base: Vec::new(),
+            joints: Vec::new(),
+        };
         let reach = if turns { steps } else { 3 * steps };
         for i in 0..=reach {
             let lower = (i as f64 * STEP / 2.5).min(1.0);
@@ -477,7 +537,10 @@ impl<'a> Search<'a> {
     fn has_arrived(&self, follow: &Follow) -> bool {
         let (rotation, translation) = self.sim.camera();
         let wanted = &follow.camera;
-        let off: f64 = (0..3).map(|a| (translation[a] - wanted.translation[a]).powi(2)).sum::<f64>().sqrt();
+        let off: f64 = (0..3)
+            .map(|a| (translation[a] - wanted.translation[a]).powi(2))
+            .sum::<f64>()
+            .sqrt();
         let cosine: f64 = (0..3).map(|a| rotation[a][2] * wanted.rotation[a][2]).sum();
         let d = &self.settings.decision;
         follow.time + 0.5 >= follow.path.seconds()
@@ -491,7 +554,9 @@ impl<'a> Search<'a> {
 
     /// The view is reached: if what it promised did not come, it never will.
     fn arrive(&mut self, now: f64) {
-        let Motion::Follow(follow) = std::mem::replace(&mut self.motion, Motion::Rest) else { return };
+        let Motion::Follow(follow) = std::mem::replace(&mut self.motion, Motion::Rest) else {
+            return;
+        };
         self.next_decision = 0.0;
         let (rotation, translation) = *self.sim.camera();
         self.views_reached += 1;
@@ -504,12 +569,22 @@ impl<'a> Search<'a> {
             self.arrived = Some(target);
         }
         // The path's last stretch goes on being tracked until the next one is there.
-        self.motion = Motion::Follow(Follow { target: None, ..follow });
+        self.motion = Motion::Follow(Follow {
+            target: None,
+            ..follow
+        });
     }
 
     /// The target under way, if enough of what it promised is still there.
     fn worth_going(&self) -> Option<Choice> {
-        let Motion::Follow(Follow { target: Some(target), path, .. }) = &self.motion else { return None };
+        let Motion::Follow(Follow {
+            target: Some(target),
+            path,
+            ..
+        }) = &self.motion
+        else {
+            return None;
+        };
         let left = self.targets.gain_at(path.end().0, &target.choice.camera);
         let enough = left >= self.settings.decision.keep_share * target.expected
             && left >= self.settings.views.threshold.min(target.expected);
@@ -518,8 +593,10 @@ impl<'a> Search<'a> {
 
     /// Notes a failure of the target under way, and stops.
     fn strike(&mut self, now: f64, reason: &str) {
-        if let Motion::Follow(Follow { target: Some(target), .. }) =
-            std::mem::replace(&mut self.motion, Motion::Rest)
+        if let Motion::Follow(Follow {
+            target: Some(target),
+            ..
+        }) = std::mem::replace(&mut self.motion, Motion::Rest)
         {
             self.fail(&target.choice, now, reason);
         }
@@ -530,7 +607,8 @@ impl<'a> Search<'a> {
         let d = &self.settings.decision;
         let base = [choice.base[0], choice.base[1]];
         if self.failures.strike(base, now, d.exclusion) >= d.strikes {
-            self.failures.give_up(&choice.cells, choice.camera.translation, reason, now);
+            self.failures
+                .give_up(&choice.cells, choice.camera.translation, reason, now);
         }
     }
 
@@ -546,7 +624,7 @@ impl<'a> Search<'a> {
             Outcome::Done => Ok(true),
             Outcome::Wait => Ok(false),
             Outcome::Go(choice) => {
-                if current.as_ref() != Some(&choice) {
+                if self.is_better(current.as_ref(), &choice) {
                     self.set_out(now, choice, lap);
                 }
                 Ok(false)
@@ -554,29 +632,81 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Whether to leave the target under way for another: only for one that is much nearer, or the robot wavers between
+    /// targets of about equal worth.
+    fn is_better(&self, current: Option<&Choice>, choice: &Choice) -> bool {
+        let Some(current) = current else { return true };
+        let Motion::Follow(follow) = &self.motion else {
+            return true;
+        };
+        if current == choice {
+            return false;
+        }
+        let left = follow.path.seconds() - follow.time;
+        let state = self.sim.state();
+        let way = (choice.base[0] - state.base[0]).hypot(choice.base[1] - state.base[1]);
+        let arm = self.robot.arm_seconds(&state.joints, &choice.joints);
+        let needs = (way / self.motion_params.base.v).max(arm);
+        left > 3.0 && needs < 0.4 * left
+    }
+
+    /// Brings frontiers and libraries up to date.
+    fn refresh(&mut self) -> Result<(), HeatsError> {
+        let whole = whole(&self.robot, &self.mapper, self.settings);
+        self.targets
+            .update(&whole, &self.failures, &mut self.watch)
+            .map_err(HeatsError::Planner)
+    }
+
     fn choose(&mut self, now: f64, current: Option<&Choice>) -> Result<Outcome, HeatsError> {
         let state = *self.sim.state();
-        let whole = whole(&self.robot, &self.mapper, self.settings);
+        let whole = Whole {
+            base_clearance: self.settings.motion.base_clearance + VIEW_ROOM,
+            ..whole(&self.robot, &self.mapper, self.settings)
+        };
         let (targets, failures, watch) = (&mut self.targets, &mut self.failures, &mut self.watch);
-        targets.update(&whole, failures, watch).map_err(HeatsError::Planner)?;
+        targets
+            .update(&whole, failures, watch)
+            .map_err(HeatsError::Planner)?;
         if let Some(reached) = self.arrived.take() {
             // What a reached view still promises does not come from there.
             let (rotation, translation) = *self.sim.camera();
-            let camera = Pose { rotation, translation };
+            let camera = Pose {
+                rotation,
+                translation,
+            };
             if targets.gain_at(state.base, &camera) >= 0.5 * reached.expected {
                 let cells = targets.seen_from(state.base, &camera);
-                failures.give_up(&cells, translation, "in sight of a reached view, but never inspected", now);
-                targets.drop_given_up(&whole, failures).map_err(HeatsError::Planner)?;
+                failures.give_up(
+                    &cells,
+                    translation,
+                    "in sight of a reached view, but never inspected",
+                    now,
+                );
+                targets
+                    .drop_given_up(&whole, failures)
+                    .map_err(HeatsError::Planner)?;
             }
         }
         targets
-            .choose(&whole, failures, (state.base, state.joints), current, now, watch)
+            .choose(
+                &whole,
+                failures,
+                (state.base, state.joints),
+                current,
+                now,
+                watch,
+            )
             .map_err(HeatsError::Planner)
     }
 
     /// Plans the way to a chosen view and follows it once planning is done.
     fn set_out(&mut self, now: f64, choice: Choice, lap: Lap) {
-        self.activity = if choice.relaxed { "last tries" } else { "driving to a view" };
+        self.activity = if choice.relaxed {
+            "last tries"
+        } else {
+            "driving to a view"
+        };
         match self.plan_motion(now, &choice) {
             Ok((path, camera, operations)) => {
                 let counted = self.targets.counted
@@ -598,10 +728,14 @@ impl<'a> Search<'a> {
                 ));
             }
             Err(Failure(reason)) => {
-                self.account.charge(now, self.targets.counted, lap.seconds());
+                self.account
+                    .charge(now, self.targets.counted, lap.seconds());
                 self.fail(&choice, now, &reason);
                 self.next_decision = now + 0.1;
-                if let Motion::Follow(Follow { target: Some(_), .. }) = &self.motion {
+                if let Motion::Follow(Follow {
+                    target: Some(_), ..
+                }) = &self.motion
+                {
                     self.rest();
                 }
             }
@@ -616,7 +750,10 @@ impl<'a> Search<'a> {
     ) -> Result<(BodyPath, Pose, (usize, usize)), Failure> {
         let state = *self.sim.state();
         let speed = if state.v.abs() < 0.02 { 0.0 } else { state.v };
-        let goal = BodyState { base: choice.base, joints: choice.joints };
+        let goal = BodyState {
+            base: choice.base,
+            joints: choice.joints,
+        };
         let place = [choice.base[0], choice.base[1]];
         let seed = self.settings.seed ^ (now / TICK) as u64;
         let whole = whole(&self.robot, &self.mapper, self.settings);
@@ -624,7 +761,15 @@ impl<'a> Search<'a> {
         let mut tried = Err(Failure("no way was tried".into()));
         for yaw in [GoalYaw::Free, GoalYaw::Fixed(choice.base[2])] {
             let (base, _) = watch.time(Stage::BasePath, || {
-                plan_base(planner, &whole, &self.motion_params, state.base, speed, place, &yaw)
+                plan_base(
+                    planner,
+                    &whole,
+                    &self.motion_params,
+                    state.base,
+                    speed,
+                    place,
+                    &yaw,
+                )
             });
             let base = match base {
                 Ok(base) => base,
@@ -636,9 +781,18 @@ impl<'a> Search<'a> {
             let end = base.poses[base.poses.len() - 1];
             let lap = Lap::start();
             let arm = compensate(&whole, &goal, end, &state.joints)
-                .ok_or_else(|| Failure("no free arm posture shows the view from where the base stops".into()))
+                .ok_or_else(|| {
+                    Failure("no free arm posture shows the view from where the base stops".into())
+                })
                 .and_then(|joints| {
-                    plan_arm(&whole, &self.motion_params, &base.poses, state.joints, joints, seed)
+                    plan_arm(
+                        &whole,
+                        &self.motion_params,
+                        &base.poses,
+                        state.joints,
+                        joints,
+                        seed,
+                    )
                 });
             watch.stop(Stage::ArmPath, lap);
             match arm {
@@ -661,7 +815,9 @@ impl<'a> Search<'a> {
             let state = *self.sim.state();
             let (base, joints) = follow.path.at(follow.time);
             let lag = (base[0] - state.base[0]).hypot(base[1] - state.base[1]);
-            let turn = (0..6).map(|j| (joints[j] - state.joints[j]).abs()).fold(0.0, f64::max);
+            let turn = (0..6)
+                .map(|j| (joints[j] - state.joints[j]).abs())
+                .fold(0.0, f64::max);
             if lag <= LAG.0 && turn <= LAG.1 && (base[2] - state.base[2]).abs() <= LAG.1 {
                 follow.time += self.settings.motion.control_period;
             }
@@ -685,7 +841,11 @@ impl<'a> Search<'a> {
 
     fn sample(&mut self, now: f64) {
         let state = self.sim.state();
-        self.trace.samples.push(Sample { time: now, base: state.base, camera: self.sim.camera().1 });
+        self.trace.samples.push(Sample {
+            time: now,
+            base: state.base,
+            camera: self.sim.camera().1,
+        });
     }
 
     fn shares(&self) -> (f64, f64) {
@@ -699,7 +859,12 @@ impl<'a> Search<'a> {
     fn tell(&mut self, now: f64, progress: &mut dyn FnMut(&Status<'_>)) {
         let (explored, inspected) = self.shares();
         let found = self.sim.found().len();
-        self.progress.push(Progress { time_s: now, explored, inspected, found });
+        self.progress.push(Progress {
+            time_s: now,
+            explored,
+            inspected,
+            found,
+        });
         progress(&Status {
             time: now,
             found,
@@ -733,7 +898,13 @@ impl<'a> Search<'a> {
                 regions.push(self.mapper.regions.as_ref().and_then(|r| r.label([x, y])));
             }
         }
-        MapLayer { cell_size: ground.cell_size(), low: ground.low(), size: [nx, ny], coverage, regions }
+        MapLayer {
+            cell_size: ground.cell_size(),
+            low: ground.low(),
+            size: [nx, ny],
+            coverage,
+            regions,
+        }
     }
 
     fn finish(mut self, ended: Ended, lap: Lap) -> Run {
@@ -741,13 +912,21 @@ impl<'a> Search<'a> {
         self.sample(now);
         if ended == Ended::Complete {
             for (place, cells) in self.targets.leftovers(&self.whole()) {
-                self.failures.give_up(&cells, place, "no free view sees enough of it", now);
+                self.failures
+                    .give_up(&cells, place, "no free view sees enough of it", now);
             }
         }
         let (explored_fraction, inspected_fraction) = self.shares();
         let tally = *self.sim.tally();
-        let found: Vec<TargetFound> =
-            self.sim.found().iter().map(|d| TargetFound { id: d.id, time_s: d.time }).collect();
+        let found: Vec<TargetFound> = self
+            .sim
+            .found()
+            .iter()
+            .map(|d| TargetFound {
+                id: d.id,
+                time_s: d.time,
+            })
+            .collect();
         let targets = self.scene.tags.len();
         let total_s = lap.seconds();
         let stages: BTreeMap<String, StageMs> = Stage::ALL
@@ -756,7 +935,12 @@ impl<'a> Search<'a> {
                 let s = self.watch.summary(stage);
                 (
                     stage.name().to_owned(),
-                    StageMs { count: s.count, median: s.median, p95: s.p95, max: s.max },
+                    StageMs {
+                        count: s.count,
+                        median: s.median,
+                        p95: s.p95,
+                        max: s.max,
+                    },
                 )
             })
             .collect();
@@ -773,7 +957,11 @@ impl<'a> Search<'a> {
             ended,
             targets,
             found: found.len(),
-            completeness: if targets == 0 { 1.0 } else { found.len() as f64 / targets as f64 },
+            completeness: if targets == 0 {
+                1.0
+            } else {
+                found.len() as f64 / targets as f64
+            },
             last_target_time_s: found.iter().map(|t| t.time_s).fold(0.0, f64::max),
             targets_found: found,
             search_time_s: now,
@@ -791,9 +979,16 @@ impl<'a> Search<'a> {
             planning_time_s: self.account.charged(),
             progress: std::mem::take(&mut self.progress),
             settings: self.settings.to_toml(),
-            wall: Wall { total_s, real_time_factor: now / total_s.max(1e-9), stages },
+            wall: Wall {
+                total_s,
+                real_time_factor: now / total_s.max(1e-9),
+                stages,
+            },
         };
         self.trace.map = Some(self.map_layer());
-        Run { result, trace: std::mem::take(&mut self.trace) }
+        Run {
+            result,
+            trace: std::mem::take(&mut self.trace),
+        }
     }
 }

@@ -82,9 +82,9 @@ impl Default for MapSettings {
             cell_size: None,
             inspect_range: None,
             inspect_band: (0.0, 2.4),
-            inspect_incidence: 62.0,
+            inspect_incidence: 64.0,
             hit: 0.70,
-            miss: 0.40,
+            miss: 0.49,
             range_noise: 0.0,
             dropout: 0.0,
             truncation: 1.0,
@@ -136,9 +136,10 @@ pub struct ViewSettings {
     pub exploration_weight: f64,
     /// Weight of inspection (lambda_i, eq. 4).
     pub inspection_weight: f64,
-    /// Smallest information gain of a candidate.
+    /// Least information gain of a candidate. Three inspection voxels (2.0) would be the smallest cluster; the robot then
+    /// spends most of its time on slivers at edges before it leaves a region, so the default is higher.
     pub threshold: f64,
-    /// Least information gain of a last try (one exploration voxel: 0.2).
+    /// Least information gain of the last tries, with wider rings, once nothing above the threshold is left.
     pub relaxed_threshold: f64,
     /// Radii of the innermost and outermost ring of base positions around a cluster, m.
     pub ring_min: f64,
@@ -156,8 +157,8 @@ impl Default for ViewSettings {
             motion_decay: 0.5,
             exploration_weight: 0.2,
             inspection_weight: 0.8,
-            threshold: 2.0,
-            relaxed_threshold: 2.0,
+            threshold: 10.0,
+            relaxed_threshold: 5.0,
             ring_min: 0.9,
             ring_max: 3.0,
             lidar_range: 8.0,
@@ -338,16 +339,39 @@ impl Settings {
     /// [`SettingsError::Range`] for the first field outside its range.
     pub fn validate(&self) -> Result<(), SettingsError> {
         let check = |ok: bool, field, value, wanted| {
-            if ok { Ok(()) } else { Err(SettingsError::Range { field, value, wanted }) }
+            if ok {
+                Ok(())
+            } else {
+                Err(SettingsError::Range {
+                    field,
+                    value,
+                    wanted,
+                })
+            }
         };
         let positive = |field, value: f64| {
-            check(value > 0.0 && value.is_finite(), field, value, "positive and finite")
+            check(
+                value > 0.0 && value.is_finite(),
+                field,
+                value,
+                "positive and finite",
+            )
         };
         let not_negative = |field, value: f64| {
-            check(value >= 0.0 && value.is_finite(), field, value, "zero or more and finite")
+            check(
+                value >= 0.0 && value.is_finite(),
+                field,
+                value,
+                "zero or more and finite",
+            )
         };
         let share = |field, value: f64| {
-            check((0.0..=1.0).contains(&value), field, value, "between 0 and 1")
+            check(
+                (0.0..=1.0).contains(&value),
+                field,
+                value,
+                "between 0 and 1",
+            )
         };
         let band = |field, (low, high): (f64, f64)| {
             check(low < high, field, low, "below the upper end of its band")
@@ -356,7 +380,12 @@ impl Settings {
             not_negative("time_limit", limit)?;
         }
         if let Some(size) = self.map.cell_size {
-            check((0.02..=1.0).contains(&size), "map.cell_size", size, "between 0.02 and 1 m")?;
+            check(
+                (0.02..=1.0).contains(&size),
+                "map.cell_size",
+                size,
+                "between 0.02 and 1 m",
+            )?;
         }
         if let Some(range) = self.map.inspect_range {
             positive("map.inspect_range", range)?;
@@ -365,14 +394,25 @@ impl Settings {
         positive("map.inspect_incidence", self.map.inspect_incidence)?;
         share("map.hit", self.map.hit)?;
         share("map.miss", self.map.miss)?;
-        check(self.map.miss < self.map.hit, "map.miss", self.map.miss, "below map.hit")?;
+        check(
+            self.map.miss < self.map.hit,
+            "map.miss",
+            self.map.miss,
+            "below map.hit",
+        )?;
         not_negative("map.range_noise", self.map.range_noise)?;
         share("map.dropout", self.map.dropout)?;
         positive("map.truncation", self.map.truncation)?;
         positive("frontier.exploration_size", self.frontier.exploration_size)?;
-        positive("frontier.exploration_extent", self.frontier.exploration_extent)?;
+        positive(
+            "frontier.exploration_extent",
+            self.frontier.exploration_extent,
+        )?;
         positive("frontier.normal_angle", self.frontier.normal_angle)?;
-        positive("frontier.inspection_radius", self.frontier.inspection_radius)?;
+        positive(
+            "frontier.inspection_radius",
+            self.frontier.inspection_radius,
+        )?;
         band("frontier.exploration_band", self.frontier.exploration_band)?;
         not_negative("views.motion_decay", self.views.motion_decay)?;
         not_negative("views.exploration_weight", self.views.exploration_weight)?;

@@ -13,7 +13,13 @@ use voxmap::CellBox;
 
 /// Radius of the disc for which ways are measured: the base's half width with its clearance, m.
 fn disc(whole: &Whole<'_>) -> f64 {
-    whole.robot.base_circles().iter().map(|c| c.1).fold(0.0, f64::max) + whole.base_clearance
+    whole
+        .robot
+        .base_circles()
+        .iter()
+        .map(|c| c.1)
+        .fold(0.0, f64::max)
+        + whole.base_clearance
 }
 
 /// Where to go next, and what is expected there.
@@ -44,6 +50,35 @@ pub enum Outcome {
     Done,
 }
 
+/// The cells that a view must see for a cluster: the cells themselves for inspection, their unknown neighbours for exploration.
+///
+/// A free frontier cell can be in plain sight of where the robot already was, with its unknown side turned away, behind the edge
+/// of an occluder; counting it would promise the same gain for ever.
+fn to_see(map: &voxmap::VoxelMap, kind: Kind, cells: Vec<Cell>) -> Vec<Cell> {
+    if kind == Kind::Inspection {
+        return cells;
+    }
+    let bounds = map.bounds();
+    let mut out: Vec<Cell> = cells
+        .iter()
+        .flat_map(|c| {
+            [
+                [-1, 0, 0],
+                [1, 0, 0],
+                [0, -1, 0],
+                [0, 1, 0],
+                [0, 0, -1],
+                [0, 0, 1],
+            ]
+            .map(|f: Cell| [c[0] + f[0], c[1] + f[1], c[2] + f[2]])
+        })
+        .filter(|&n| bounds.contains(n) && !map.is_known(n))
+        .collect();
+    out.sort_unstable();
+    out.dedup();
+    out
+}
+
 /// Eq. 2 for what can be reached and is not excluded; never for the rest.
 struct Costs<'a> {
     straight: Straight<6>,
@@ -56,7 +91,8 @@ struct Costs<'a> {
 impl CostModel<Joints> for Costs<'_> {
     fn seconds(&self, from: (&[f64; 3], &Joints), to: (&[f64; 3], &Joints)) -> f64 {
         let base = [to.0[0], to.0[1]];
-        if self.failures.excludes(base, self.now) || !self.ways.meters(self.robot, base).is_finite() {
+        if self.failures.excludes(base, self.now) || !self.ways.meters(self.robot, base).is_finite()
+        {
             return f64::INFINITY;
         }
         self.straight.seconds(from, to)
@@ -95,7 +131,10 @@ impl Targets {
     ) -> Result<Self, String> {
         let f = &settings.frontier;
         let band = |(low, high): (f64, f64)| {
-            ((low / cell_size + 1e-9).floor() as i32, (high.min(height) / cell_size - 1e-9).ceil() as i32)
+            (
+                (low / cell_size + 1e-9).floor() as i32,
+                (high.min(height) / cell_size - 1e-9).ceil() as i32,
+            )
         };
         let frontiers = Frontiers::new(frontier::Params {
             exploration_size: f.exploration_size,
@@ -114,18 +153,34 @@ impl Targets {
         let params = Params {
             ring_min: v.ring_min,
             ring_max: v.ring_max.min(inspect_range - 0.5),
-            lidar: defaults.lidar.filter(|_| settings.sensors == Sensors::Both).map(|l| {
-                viewsample::Lidar { offset: robot.base.lidar, range: v.lidar_range, ..l }
-            }),
-            depth: Frustum { far: 4.0, ..defaults.depth },
-            rgb: Frustum { far: inspect_range, ..defaults.rgb },
+            lidar: defaults
+                .lidar
+                .filter(|_| settings.sensors == Sensors::Both)
+                .map(|l| viewsample::Lidar {
+                    offset: robot.base.lidar,
+                    range: v.lidar_range,
+                    ..l
+                }),
+            depth: Frustum {
+                far: 4.0,
+                ..defaults.depth
+            },
+            rgb: Frustum {
+                far: inspect_range,
+                ..defaults.rgb
+            },
             motion_decay: v.motion_decay,
             exploration_weight: v.exploration_weight,
             inspection_weight: v.inspection_weight,
             threshold: v.threshold,
+            // What is counted of an exploration frontier is its unknown side, so that nothing may block the way to it.
+            unknown_allowance: 0,
             max_incidence: (settings.map.inspect_incidence < 90.0)
                 .then(|| settings.map.inspect_incidence.to_radians()),
-            relaxed: viewsample::Relaxed { threshold: v.relaxed_threshold, ..defaults.relaxed },
+            relaxed: viewsample::Relaxed {
+                threshold: v.relaxed_threshold,
+                ..defaults.relaxed
+            },
             ..defaults
         };
         let postures = postures
@@ -133,7 +188,10 @@ impl Targets {
             .enumerate()
             .map(|(view, p)| Posture {
                 view,
-                camera: Pose { rotation: p.camera.rows(), translation: p.camera.p },
+                camera: Pose {
+                    rotation: p.camera.rows(),
+                    translation: p.camera.p,
+                },
                 state: p.joints,
             })
             .collect();
@@ -145,7 +203,10 @@ impl Targets {
             first: true,
             held: BTreeSet::new(),
             tried: BTreeSet::new(),
-            speeds: Speeds { base: robot.limits.speed, joint: robot.limits.joint_speed[0] },
+            speeds: Speeds {
+                base: robot.limits.speed,
+                joint: robot.limits.joint_speed[0],
+            },
             hysteresis: settings.decision.hysteresis,
             seed: settings.seed,
             counted: 0.0,
@@ -182,11 +243,22 @@ impl Targets {
             let low = map.low();
             // Given-up cells are no frontier for the sampler.
             let mut kept: Vec<(u64, Kind, Vec<Cell>, [f64; 3])> = Vec::new();
-            let mut gone: Vec<u64> = update.removed.iter().copied().filter(|id| self.held.remove(id)).collect();
+            let mut gone: Vec<u64> = update
+                .removed
+                .iter()
+                .copied()
+                .filter(|id| self.held.remove(id))
+                .collect();
             for id in update.added.iter().chain(&update.changed) {
-                let Some(c) = self.frontiers.get(*id) else { continue };
-                let cells: Vec<Cell> =
-                    c.cells.iter().copied().filter(|&c| !failures.is_given_up(c)).collect();
+                let Some(c) = self.frontiers.get(*id) else {
+                    continue;
+                };
+                let cells: Vec<Cell> = c
+                    .cells
+                    .iter()
+                    .copied()
+                    .filter(|&c| !failures.is_given_up(c))
+                    .collect();
                 if c.small || cells.len() * 2 < c.cells.len().min(6) {
                     if self.held.remove(id) {
                         gone.push(*id);
@@ -195,7 +267,7 @@ impl Targets {
                 }
                 let centroid = [0, 1, 2].map(|a| low[a] + c.centroid[a] * h);
                 self.held.insert(*id);
-                kept.push((*id, c.kind, cells, centroid));
+                kept.push((*id, c.kind, to_see(map, c.kind, cells), centroid));
             }
             gone.sort_unstable();
             gone.dedup();
@@ -211,7 +283,14 @@ impl Targets {
                     centroid: *centroid,
                 })
                 .collect();
-            self.sampler.update(map, &Changes { added: &added, removed: &gone, boxes: &boxes })
+            self.sampler.update(
+                map,
+                &Changes {
+                    added: &added,
+                    removed: &gone,
+                    boxes: &boxes,
+                },
+            )
         });
         result.map_err(|e| e.to_string())
     }
@@ -241,11 +320,17 @@ impl Targets {
             if !self.held.contains(&c.id) || !c.cells.iter().any(|&c| failures.is_given_up(c)) {
                 continue;
             }
-            let cells: Vec<Cell> = c.cells.iter().copied().filter(|&c| !failures.is_given_up(c)).collect();
+            let cells: Vec<Cell> = c
+                .cells
+                .iter()
+                .copied()
+                .filter(|&c| !failures.is_given_up(c))
+                .collect();
             if cells.len() < 3 {
                 gone.push(c.id);
             } else {
-                kept.push((c.id, c.kind, cells, [0, 1, 2].map(|a| low[a] + c.centroid[a] * h)));
+                let centroid = [0, 1, 2].map(|a| low[a] + c.centroid[a] * h);
+                kept.push((c.id, c.kind, to_see(map, c.kind, cells), centroid));
             }
         }
         for id in &gone {
@@ -264,7 +349,14 @@ impl Targets {
             })
             .collect();
         self.sampler
-            .update(map, &Changes { added: &added, removed: &gone, boxes: &[] })
+            .update(
+                map,
+                &Changes {
+                    added: &added,
+                    removed: &gone,
+                    boxes: &[],
+                },
+            )
             .map_err(|e| e.to_string())
     }
 
@@ -283,10 +375,19 @@ impl Targets {
     ) -> Result<Outcome, String> {
         let place = [robot.0[0], robot.0[1]];
         let ways = Ways::new(whole.mapper, disc(whole)).map_err(|e| e.to_string())?;
-        let straight = Straight { base_speed: self.speeds.base, joint_speed: [self.speeds.joint; 6] };
+        let straight = Straight {
+            base_speed: self.speeds.base,
+            joint_speed: [self.speeds.joint; 6],
+        };
         let mut relaxed = false;
         let (found, _) = watch.time(Stage::Viewpoints, || {
-            let costs = Costs { straight, ways: &ways, robot: place, failures, now };
+            let costs = Costs {
+                straight,
+                ways: &ways,
+                robot: place,
+                failures,
+                now,
+            };
             self.sampler.candidates(whole, &costs, robot.0, &robot.1)
         });
         let found = found.map_err(|e| e.to_string())?;
@@ -302,10 +403,18 @@ impl Targets {
                 .iter()
                 .map(|w| w.0)
                 .filter(|&id| {
-                    self.frontiers.get(id).is_some_and(|c| c.cells.iter().any(|c| !self.tried.contains(c)))
+                    self.frontiers
+                        .get(id)
+                        .is_some_and(|c| c.cells.iter().any(|c| !self.tried.contains(c)))
                 })
                 .collect();
-            let costs = Costs { straight, ways: &ways, robot: place, failures, now };
+            let costs = Costs {
+                straight,
+                ways: &ways,
+                robot: place,
+                failures,
+                now,
+            };
             let (retry, _) = watch.time(Stage::Viewpoints, || {
                 self.sampler.retry(&ids, whole, &costs, robot.0, &robot.1)
             });
@@ -330,21 +439,46 @@ impl Targets {
         }
         let mut stands: Vec<Stand> = views
             .iter()
-            .map(|v| Stand { base: [v.base[0], v.base[1]], joints: v.state, is_current: false })
+            .map(|v| Stand {
+                base: [v.base[0], v.base[1]],
+                joints: v.state,
+                is_current: false,
+            })
             .collect();
         if let Some(c) = current {
-            stands.push(Stand { base: [c.base[0], c.base[1]], joints: c.joints, is_current: true });
+            stands.push(Stand {
+                base: [c.base[0], c.base[1]],
+                joints: c.joints,
+                is_current: true,
+            });
         }
-        let params = atsp::Params { kicks: 300, seed: self.seed, ..atsp::Params::default() };
+        let params = atsp::Params {
+            kicks: 300,
+            seed: self.seed,
+            ..atsp::Params::default()
+        };
         let (choice, _) = watch.time(Stage::Decision, || {
-            decide(whole.mapper, &ways, self.speeds, self.hysteresis, (place, robot.1), &stands, &params)
+            decide(
+                whole.mapper,
+                &ways,
+                self.speeds,
+                self.hysteresis,
+                (place, robot.1),
+                &stands,
+                &params,
+            )
         });
         self.counted += 1e-3 * ways.count() as f64 + 20e-6 * stands.len() as f64;
-        let Some(choice) = choice.map_err(|e| e.to_string())? else { return Ok(Outcome::Done) };
+        let Some(choice) = choice.map_err(|e| e.to_string())? else {
+            return Ok(Outcome::Done);
+        };
         let Some(view) = views.get(choice.candidate) else {
             return Ok(current.map_or(Outcome::Done, |c| Outcome::Go(c.clone())));
         };
-        let cells = self.frontiers.get(view.cluster).map_or_else(Vec::new, |c| c.cells.clone());
+        let cells = self
+            .frontiers
+            .get(view.cluster)
+            .map_or_else(Vec::new, |c| c.cells.clone());
         if relaxed {
             self.tried.extend(cells.iter().copied());
         }
@@ -364,7 +498,12 @@ impl Targets {
         self.frontiers
             .clusters()
             .filter(|c| c.kind == Kind::Inspection && !c.small)
-            .map(|c| ([0, 1, 2].map(|a| map.low()[a] + c.centroid[a] * map.cell_size()), c.cells.clone()))
+            .map(|c| {
+                (
+                    [0, 1, 2].map(|a| map.low()[a] + c.centroid[a] * map.cell_size()),
+                    c.cells.clone(),
+                )
+            })
             .collect()
     }
 

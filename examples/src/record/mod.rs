@@ -40,7 +40,10 @@ pub fn write(
     std::fs::create_dir_all(folder).map_err(fail(folder))?;
     let json = serde_json::to_string_pretty(result)
         .map_err(|e| fail(&folder.join("result.json"))(std::io::Error::other(e)))?;
-    let files = [("result.json", json + "\n"), ("topdown.svg", draw(ground, trace, result))];
+    let files = [
+        ("result.json", json + "\n"),
+        ("topdown.svg", draw(ground, trace, result)),
+    ];
     let mut written = Vec::new();
     for (name, text) in files {
         let path = folder.join(name);

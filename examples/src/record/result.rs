@@ -152,6 +152,9 @@ pub struct RunResult {
 impl RunResult {
     /// The result without its wall-clock object, for byte comparisons.
     pub fn reproducible(&self) -> Self {
-        Self { wall: Wall::default(), ..self.clone() }
+        Self {
+            wall: Wall::default(),
+            ..self.clone()
+        }
     }
 }

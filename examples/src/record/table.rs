@@ -9,14 +9,25 @@ pub fn closing_table(result: &RunResult) -> String {
     let mut row = |name: &str, value: String| {
         let _ = writeln!(out, "  {name:<22} {value}");
     };
-    row("scene", format!("{} (seed {}, sensors {})", result.scene, result.seed, result.sensors));
+    row(
+        "scene",
+        format!(
+            "{} (seed {}, sensors {})",
+            result.scene, result.seed, result.sensors
+        ),
+    );
     row("planner", result.planner.clone());
     row("ended", result.ended.to_string());
     row("search time", format!("{:.1} s", result.search_time_s));
     row("last tag", format!("{:.1} s", result.last_target_time_s));
     row(
         "completeness",
-        format!("{:.1} % ({} of {} tags)", 100.0 * result.completeness, result.found, result.targets),
+        format!(
+            "{:.1} % ({} of {} tags)",
+            100.0 * result.completeness,
+            result.found,
+            result.targets
+        ),
     );
     row(
         "explored, inspected",
@@ -27,16 +38,31 @@ pub fn closing_table(result: &RunResult) -> String {
         ),
     );
     row("base path", format!("{:.1} m", result.base_path_m));
-    row("joint rotation", format!("{:.1} rad", result.joint_rotation_rad));
+    row(
+        "joint rotation",
+        format!("{:.1} rad", result.joint_rotation_rad),
+    );
     row("collisions", result.collisions.to_string());
-    row("minimum clearance", format!("{:.3} m", result.min_clearance_m));
+    row(
+        "minimum clearance",
+        format!("{:.3} m", result.min_clearance_m),
+    );
     row("limit violations", result.limit_violations.to_string());
-    row("decisions, views", format!("{}, {}", result.decisions, result.views_reached));
+    row(
+        "decisions, views",
+        format!("{}, {}", result.decisions, result.views_reached),
+    );
     row("braking commands", result.brakes.to_string());
     row("given-up places", result.given_up.len().to_string());
     for place in &result.given_up {
         let [x, y, z] = place.place;
-        row("", format!("({x:.2}, {y:.2}, {z:.2}) m, {} voxels: {}", place.voxels, place.reason));
+        row(
+            "",
+            format!(
+                "({x:.2}, {y:.2}, {z:.2}) m, {} voxels: {}",
+                place.voxels, place.reason
+            ),
+        );
     }
     row(
         "wall time",
@@ -45,7 +71,11 @@ pub fn closing_table(result: &RunResult) -> String {
             result.wall.total_s, result.wall.real_time_factor
         ),
     );
-    let _ = writeln!(out, "  {:<22} {:>9} {:>9} {:>9} {:>9}", "stage, ms", "median", "p95", "max", "calls");
+    let _ = writeln!(
+        out,
+        "  {:<22} {:>9} {:>9} {:>9} {:>9}",
+        "stage, ms", "median", "p95", "max", "calls"
+    );
     for (name, stage) in &result.wall.stages {
         let name = name.strip_suffix("_ms").unwrap_or(name).replace('_', " ");
         let _ = writeln!(

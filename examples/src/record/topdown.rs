@@ -45,9 +45,19 @@ impl Ground {
             outlines: scene
                 .outlines()
                 .into_iter()
-                .map(|o| Outline { corners: o.corners, band: o.band })
+                .map(|o| Outline {
+                    corners: o.corners,
+                    band: o.band,
+                })
                 .collect(),
-            tags: scene.tags.iter().map(|t| Mark { id: t.id, center: t.center }).collect(),
+            tags: scene
+                .tags
+                .iter()
+                .map(|t| Mark {
+                    id: t.id,
+                    center: t.center,
+                })
+                .collect(),
         }
     }
 }
@@ -86,7 +96,11 @@ pub fn draw(ground: &Ground, trace: &Trace, result: &RunResult) -> String {
         for p in &outline.corners {
             let _ = write!(points, "{:.1},{:.1} ", x(p[0]), y(p[1]));
         }
-        let (fill, opacity) = if tall { ("#1f2937", 0.95) } else { ("#92734d", 0.30) };
+        let (fill, opacity) = if tall {
+            ("#1f2937", 0.95)
+        } else {
+            ("#92734d", 0.30)
+        };
         let _ = writeln!(
             svg,
             r##"<polygon points="{}" fill="{fill}" fill-opacity="{opacity}" stroke="#1f2937" stroke-width="0.8"/>"##,
@@ -141,8 +155,19 @@ fn coverage(svg: &mut String, trace: &Trace, x: &dyn Fn(f64) -> f64, y: &dyn Fn(
 
 /// Blue at the start, over green and yellow, to red at the end.
 fn time_color(share: f64) -> String {
-    let hue = 240.0 * (1.0 - share.clamp(0.0, 1.0));
-    format!("hsl({hue:.0},85%,42%)")
+    // Hue 240 to 0 degrees at saturation 0.85, lightness 0.42, written out: not every viewer knows hsl().
+    let hue = 4.0 * (1.0 - share.clamp(0.0, 1.0));
+    let channel = |offset: f64| {
+        let k = (offset + 2.0 * hue) % 12.0;
+        let level = 0.42 - 0.85 * 0.42 * (k - 3.0).min(9.0 - k).clamp(-1.0, 1.0);
+        (255.0 * level).round() as u8
+    };
+    format!(
+        "#{:02x}{:02x}{:02x}",
+        channel(0.0),
+        channel(8.0),
+        channel(4.0)
+    )
 }
 
 fn way(svg: &mut String, trace: &Trace, end: f64, x: &dyn Fn(f64) -> f64, y: &dyn Fn(f64) -> f64) {
@@ -213,13 +238,21 @@ fn tags(
             None => ("#dc2626", format!("{}: not found", tag.id)),
         };
         let (cx, cy) = (x(tag.center[0]), y(tag.center[1]));
+        // Near the right edge the label stands to the left.
+        let left = cx > x(ground.high[0]) - 110.0;
+        let (tx, ty) = (
+            if left {
+                cx - 10.0 - 9.0 * label.len() as f64
+            } else {
+                cx + 9.0
+            },
+            cy + 5.0,
+        );
         let _ = writeln!(
             svg,
-            r##"<rect x="{:.1}" y="{:.1}" width="12" height="12" fill="{color}" stroke="#ffffff" stroke-width="1.5"/><text x="{:.1}" y="{:.1}" font-size="15" font-weight="bold" fill="{color}" stroke="#ffffff" stroke-width="3" paint-order="stroke">{label}</text>"##,
+            r##"<rect x="{:.1}" y="{:.1}" width="12" height="12" fill="{color}" stroke="#ffffff" stroke-width="1.5"/><text x="{tx:.1}" y="{ty:.1}" font-size="15" font-weight="bold" stroke="#ffffff" stroke-width="3">{label}</text><text x="{tx:.1}" y="{ty:.1}" font-size="15" font-weight="bold" fill="{color}">{label}</text>"##,
             cx - 6.0,
             cy - 6.0,
-            cx + 9.0,
-            cy + 5.0
         );
     }
 }
