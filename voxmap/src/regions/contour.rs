@@ -30,10 +30,7 @@ pub(crate) fn trace(inside: &impl Fn(i32, i32) -> bool, cells: &[(i32, i32)]) ->
         let mut points = vec![start];
         let mut at = start;
         let mut heading = (0, 0);
-        loop {
-            let Some(next) = take(&mut edges, at, heading) else {
-                break;
-            };
+        while let Some(next) = take(&mut edges, at, heading) {
             let step = (next.0 - at.0, next.1 - at.1);
             if step == heading {
                 points.pop();
