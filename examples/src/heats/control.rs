@@ -72,7 +72,7 @@ impl Controller {
         Ok(Self {
             mpc: Mpc::new(settings.knots, settings.horizon / settings.knots as f64)?,
             settings: settings.clone(),
-            limits: limits.clone(),
+            limits: *limits,
             guard: GuardParams {
                 acceleration,
                 period: settings.control_period,

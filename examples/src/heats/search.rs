@@ -74,7 +74,7 @@ enum Motion {
     /// Nothing planned: stand.
     Rest,
     /// Following a path.
-    Follow(Follow),
+    Follow(Box<Follow>),
 }
 
 struct Follow {
@@ -128,7 +128,7 @@ struct Search<'a> {
     watch: Stopwatch,
     motion: Motion,
     /// A path that is still being computed, and when it is there.
-    pending: Option<(f64, Follow)>,
+    pending: Option<(f64, Box<Follow>)>,
     /// Earliest time of the next decision.
     next_decision: f64,
     /// The reached view that the next image still has to show.
@@ -425,13 +425,8 @@ impl<'a> Search<'a> {
         }
         let mut current = None;
         match &self.motion {
-            Motion::Follow(Follow {
-                target: None,
-                path,
-                time,
-                ..
-            }) => {
-                if *time < path.seconds() + 0.2 {
+            Motion::Follow(follow) if follow.target.is_none() => {
+                if follow.time < follow.path.seconds() + 0.2 {
                     return Ok(false);
                 }
                 self.rest();
@@ -517,13 +512,13 @@ impl<'a> Search<'a> {
         }
         let (base, joints) = path.end();
         let camera = camera_at(&self.robot, base, &joints);
-        self.motion = Motion::Follow(Follow {
+        self.motion = Motion::Follow(Box::new(Follow {
             path,
             time: 0.0,
             target: None,
             camera,
             still: (now, state.base, state.joints),
-        });
+        }));
         self.controller.reset();
     }
 
@@ -565,26 +560,20 @@ impl<'a> Search<'a> {
             camera: translation,
             axis: [0, 1, 2].map(|a| rotation[a][2]),
         });
-        if let Some(target) = follow.target {
+        let mut follow = follow;
+        if let Some(target) = follow.target.take() {
             self.arrived = Some(target);
         }
         // The path's last stretch goes on being tracked until the next one is there.
-        self.motion = Motion::Follow(Follow {
-            target: None,
-            ..follow
-        });
+        self.motion = Motion::Follow(follow);
     }
 
     /// The target under way, if enough of what it promised is still there.
     fn worth_going(&self) -> Option<Choice> {
-        let Motion::Follow(Follow {
-            target: Some(target),
-            path,
-            ..
-        }) = &self.motion
-        else {
+        let Motion::Follow(follow) = &self.motion else {
             return None;
         };
+        let (target, path) = (follow.target.as_ref()?, &follow.path);
         let left = self.targets.gain_at(path.end().0, &target.choice.camera);
         let enough = left >= self.settings.decision.keep_share * target.expected
             && left >= self.settings.views.threshold.min(target.expected);
@@ -593,10 +582,8 @@ impl<'a> Search<'a> {
 
     /// Notes a failure of the target under way, and stops.
     fn strike(&mut self, now: f64, reason: &str) {
-        if let Motion::Follow(Follow {
-            target: Some(target),
-            ..
-        }) = std::mem::replace(&mut self.motion, Motion::Rest)
+        if let Motion::Follow(follow) = std::mem::replace(&mut self.motion, Motion::Rest)
+            && let Some(target) = follow.target
         {
             self.fail(&target.choice, now, reason);
         }
@@ -625,7 +612,7 @@ impl<'a> Search<'a> {
             Outcome::Wait => Ok(false),
             Outcome::Go(choice) => {
                 if self.is_better(current.as_ref(), &choice) {
-                    self.set_out(now, choice, lap);
+                    self.set_out(now, *choice, lap);
                 }
                 Ok(false)
             }
@@ -718,13 +705,13 @@ impl<'a> Search<'a> {
                 let state = self.sim.state();
                 self.pending = Some((
                     ready,
-                    Follow {
+                    Box::new(Follow {
                         path,
                         time: 0.0,
                         target: Some(Target { choice, expected }),
                         camera,
                         still: (now, state.base, state.joints),
-                    },
+                    }),
                 ));
             }
             Err(Failure(reason)) => {
@@ -732,10 +719,7 @@ impl<'a> Search<'a> {
                     .charge(now, self.targets.counted, lap.seconds());
                 self.fail(&choice, now, &reason);
                 self.next_decision = now + 0.1;
-                if let Motion::Follow(Follow {
-                    target: Some(_), ..
-                }) = &self.motion
-                {
+                if matches!(&self.motion, Motion::Follow(follow) if follow.target.is_some()) {
                     self.rest();
                 }
             }

@@ -43,7 +43,7 @@ pub struct Choice {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
     /// Go there.
-    Go(Choice),
+    Go(Box<Choice>),
     /// Nothing now, but excluded goals will be free again later.
     Wait,
     /// Nothing is left to see.
@@ -473,7 +473,7 @@ impl Targets {
             return Ok(Outcome::Done);
         };
         let Some(view) = views.get(choice.candidate) else {
-            return Ok(current.map_or(Outcome::Done, |c| Outcome::Go(c.clone())));
+            return Ok(current.map_or(Outcome::Done, |c| Outcome::Go(Box::new(c.clone()))));
         };
         let cells = self
             .frontiers
@@ -482,14 +482,14 @@ impl Targets {
         if relaxed {
             self.tried.extend(cells.iter().copied());
         }
-        Ok(Outcome::Go(Choice {
+        Ok(Outcome::Go(Box::new(Choice {
             base: view.base,
             joints: view.state,
             camera: view.camera,
             info: view.gain.info,
             relaxed,
             cells,
-        }))
+        })))
     }
 
     /// The inspection clusters that are left, as centre (m) and cells.

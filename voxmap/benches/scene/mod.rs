@@ -1,5 +1,7 @@
 //! An office of 30 m x 20 m x 3 m and the scans of a round through it, with HEATS's sensors.
 
+#![allow(unreachable_pub)]
+
 use voxmap::{Camera, Config, Scan, SensorModel, VoxelMap};
 
 pub type Solid = ([f64; 3], [f64; 3]);
