@@ -3,6 +3,9 @@
 use super::result::RunResult;
 use std::fmt::Write;
 
+/// Most given-up places listed.
+const GIVEN_UP_ROWS: usize = 6;
+
 /// Formats the result as the aligned table a person reads at the end of a run.
 pub fn closing_table(result: &RunResult) -> String {
     let mut out = String::new();
@@ -54,13 +57,22 @@ pub fn closing_table(result: &RunResult) -> String {
     );
     row("braking commands", result.brakes.to_string());
     row("given-up places", result.given_up.len().to_string());
-    for place in &result.given_up {
+    for place in result.given_up.iter().take(GIVEN_UP_ROWS) {
         let [x, y, z] = place.place;
         row(
             "",
             format!(
                 "({x:.2}, {y:.2}, {z:.2}) m, {} voxels: {}",
                 place.voxels, place.reason
+            ),
+        );
+    }
+    if result.given_up.len() > GIVEN_UP_ROWS {
+        row(
+            "",
+            format!(
+                "and {} more, in result.json",
+                result.given_up.len() - GIVEN_UP_ROWS
             ),
         );
     }
