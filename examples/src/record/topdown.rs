@@ -66,6 +66,7 @@ impl Ground {
 const SCALE: f64 = 40.0;
 const BORDER: f64 = 20.0;
 const LEGEND: f64 = 84.0;
+const LEGEND_WIDTH: f64 = 980.0;
 
 /// Region fills, light enough to lie under everything else.
 const REGION_FILLS: [&str; 10] = [
@@ -76,7 +77,8 @@ const REGION_FILLS: [&str; 10] = [
 /// Draws the run: walls and furniture, coverage, regions, base path coloured by time, camera positions of reached
 /// views, and the tags with their time of detection or as missed.
 pub fn draw(ground: &Ground, trace: &Trace, result: &RunResult) -> String {
-    let width = (ground.high[0] - ground.low[0]) * SCALE + 2.0 * BORDER;
+    // The legend needs this much even under a small room.
+    let width = ((ground.high[0] - ground.low[0]) * SCALE + 2.0 * BORDER).max(LEGEND_WIDTH);
     let plan_height = (ground.high[1] - ground.low[1]) * SCALE;
     let height = plan_height + 2.0 * BORDER + LEGEND;
     let x = |v: f64| BORDER + (v - ground.low[0]) * SCALE;
@@ -87,7 +89,7 @@ pub fn draw(ground: &Ground, trace: &Trace, result: &RunResult) -> String {
         r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0} {height:.0}" width="{width:.0}" height="{height:.0}" font-family="sans-serif">
 <rect width="100%" height="100%" fill="#ffffff"/>
 <rect x="{BORDER}" y="{BORDER}" width="{:.1}" height="{plan_height:.1}" fill="#9ca3af"/>"##,
-        width - 2.0 * BORDER
+        (ground.high[0] - ground.low[0]) * SCALE
     );
     coverage(&mut svg, trace, &x, &y);
     for outline in &ground.outlines {
