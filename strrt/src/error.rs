@@ -44,4 +44,17 @@ pub enum Error {
         /// Upper limit, rad.
         high: f64,
     },
+    /// A parameter out of its range.
+    #[error("{field} = {value} must be {needed}")]
+    Param {
+        /// Name of the field.
+        field: &'static str,
+        /// The value given.
+        value: f64,
+        /// What would be right.
+        needed: &'static str,
+    },
+    /// A path given to [`smooth`](crate::smooth) that has no state, or one that is not finite.
+    #[error("the path needs at least one state, all finite")]
+    Path,
 }

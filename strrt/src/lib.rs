@@ -23,15 +23,23 @@
 //! # Ok::<(), strrt::Error>(())
 //! ```
 
+mod adapters;
 mod error;
 mod line;
 mod plan;
-mod refine;
+mod planner;
+mod polish;
 mod rng;
 mod robot;
+mod search;
+mod smooth;
+mod task;
 mod tree;
 
+pub use adapters::{FromBatchFn, FromFn, from_batch_fn, from_fn, motion_is_clear};
 pub use error::Error;
-pub use line::{steps_needed, straight};
+pub use line::{steps_needed, steps_needed_from_rest, straight};
 pub use plan::{Params, Plan, Reason, Status, Variant, plan};
+pub use planner::Planner;
 pub use robot::Robot;
+pub use smooth::{peak_acceleration, smooth};
