@@ -179,7 +179,7 @@ proptest! {
             fn max_speed(&self) -> [f64; 2] { self.0.max_speed() }
             fn is_valid(&self, q: &[f64; 2], step: usize) -> bool { self.0.is_valid(q, self.1 - 1 - step) }
         }
-        let params = Params { variant: Variant::Bidirectional, iterations: 3000, improvements: 0, max_wait: 0, ..Params::default() };
+        let params = Params { variant: Variant::Bidirectional, iterations: 300, improvements: 0, max_wait: 0, ..Params::default() };
         let found = plan(&task.arm, task.start, task.goal, task.steps, 0.1, &params, task.seed).unwrap();
         if found.status == Status::Solved {
             let mirror = Mirror(&task.arm, task.steps);
