@@ -25,6 +25,7 @@ mod esdf;
 mod geometry;
 mod insert;
 mod inspect;
+pub mod io;
 mod map;
 mod regions;
 mod simd;

@@ -7,7 +7,7 @@ use crate::geometry::{Ball, Cell, CellBox, State};
 /// Most cells of a map, rows padded to 64: 2 GiB of log-odds and planes.
 const MOST_CELLS: usize = 1 << 30;
 /// Log-odds of one unit of the stored byte.
-const UNIT: f64 = 0.05;
+pub(crate) const UNIT: f64 = 0.05;
 
 /// Probabilities of the sensor model.
 #[derive(Clone, Debug, PartialEq)]
@@ -437,6 +437,42 @@ impl VoxelMap {
         if (was_free, was_occupied) != (self.free[word] & bit, self.occupied[word] & bit) {
             self.dirty.state(word, bit);
         }
+    }
+
+    /// A map of the cells `low..high`, cell 0 with its lower corner at the world's origin before they are counted from
+    /// `low`.
+    pub(crate) fn from_cells(
+        cell_size: f64,
+        low: Cell,
+        high: Cell,
+        sensor: &SensorModel,
+    ) -> Result<Self, Error> {
+        Self::new(&Config {
+            cell_size,
+            low: low.map(|v| f64::from(v) * cell_size),
+            high: [0, 1, 2].map(|a| f64::from(high[a].max(low[a] + 1)) * cell_size),
+            sensor: sensor.clone(),
+        })
+    }
+
+    /// Log-odds of a cell inside the map, in units of 0.05.
+    pub(crate) fn log(&self, cell: Cell) -> i8 {
+        self.log[self.address(cell)]
+    }
+
+    /// Makes a cell inside the map known with these log-odds.
+    pub(crate) fn set_log(&mut self, cell: Cell, log: i8) {
+        let occupied = log >= self.odds.occupied;
+        self.set_state(
+            cell,
+            if occupied {
+                State::Occupied
+            } else {
+                State::Free
+            },
+        );
+        let address = self.address(cell);
+        self.log[address] = log;
     }
 
     /// Sets every cell whose centre lies in the ball free.
