@@ -16,7 +16,27 @@ pub(crate) struct Body {
     /// Distance of the checked point that turning moves most, m.
     lever: f64,
     check_step: f64,
+    margin: f64,
+    /// Deepest violation allowed on the way out of a start in violation, m; see [`Body::begin`].
+    leave: f64,
+    /// How far the outline can shrink before it loses an edge, m.
+    shrink: f64,
 }
+
+/// A motion that was driven without collision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Swept {
+    /// How much room is missing at its end, m; 0 if none.
+    pub(crate) missing: f64,
+    /// Share of the motion spent with room missing.
+    pub(crate) share: f64,
+}
+
+/// How much deeper into a violation the way out may go where the margin leaves no room for it, m. A body that
+/// stands along a wall must swing its tail towards it to get away.
+pub(crate) const SWING: f64 = 0.01;
+/// Checks on the way out are this many times denser, because nothing is left of the margin to cover the gaps.
+const DENSER: f64 = 4.0;
 
 impl Body {
     /// `use_outline`: whether the map can test polygons.
@@ -80,12 +100,95 @@ impl Body {
         };
         Ok(Self {
             circles,
-            outline,
             inscribed,
             circumscribed,
             lever,
             check_step,
+            margin,
+            leave: 0.0,
+            shrink: shrinkable(&outline),
+            outline,
         })
+    }
+
+    /// Says how much room is missing at the start, m. On the way out the violation may go deeper by a centimetre, or
+    /// up to where the footprint itself (without the margin) touches, if that is more.
+    pub(crate) fn begin(&mut self, missing: f64) {
+        let bare = self.margin - 0.5 * self.check_step / DENSER;
+        self.leave = if missing > 0.0 {
+            (missing + SWING).max(bare)
+        } else {
+            0.0
+        };
+    }
+
+    /// How much room is missing at the pose, m; 0 if it is free. For an outline the depth to which it must shrink.
+    pub(crate) fn depth<M: Map>(&self, map: &M, pose: [f64; 3]) -> f64 {
+        let room = self.room(map, pose);
+        if room >= 0.0 {
+            return 0.0;
+        }
+        if self.outline.is_empty() || room == f64::NEG_INFINITY {
+            return -room;
+        }
+        let free = |by: f64| {
+            let corners = shrunk(&self.outline, by).map(|o| placed(pose, o));
+            map.outline_is_free(&corners[..self.outline.len()]) == Some(true)
+        };
+        let (mut low, mut high) = (0.0, self.shrink);
+        if map.clearance([pose[0], pose[1]]) <= 0.0 || !free(high) {
+            return f64::INFINITY;
+        }
+        // To a tenth of a millimetre, ending on the safe side.
+        for _ in 0..13 {
+            let middle = 0.5 * (low + high);
+            if free(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
+    }
+
+    /// Where the footprint at the pose overlaps an obstacle most, world frame, m: the place nearest to it by the map.
+    pub(crate) fn worst_place<M: Map>(&self, map: &M, pose: [f64; 3]) -> [f64; 2] {
+        let mut best = (f64::INFINITY, [pose[0], pose[1]]);
+        let mut look = |o: [f64; 2]| {
+            let p = placed(pose, o);
+            let c = map.clearance(p);
+            let c = if c.is_nan() { f64::NEG_INFINITY } else { c };
+            if c < best.0 {
+                best = (c, p);
+            }
+        };
+        if self.outline.is_empty() {
+            for &(o, r) in &self.circles {
+                look(o);
+                for k in 0..12 {
+                    let (s, c) = (f64::from(k) * std::f64::consts::TAU / 12.0).sin_cos();
+                    look([o[0] + r * c, o[1] + r * s]);
+                }
+            }
+        } else {
+            let n = self.outline.len();
+            for i in 0..n {
+                let (a, b) = (self.outline[i], self.outline[(i + 1) % n]);
+                // Rings from the outline inwards, so that an obstacle inside is found, too.
+                for ring in 0..4 {
+                    let f = 1.0 - 0.25 * f64::from(ring);
+                    for k in 0..8 {
+                        let t = f64::from(k) / 8.0;
+                        look([
+                            f * (a[0] + t * (b[0] - a[0])),
+                            f * (a[1] + t * (b[1] - a[1])),
+                        ]);
+                    }
+                }
+            }
+            look([0.0; 2]);
+        }
+        best.1
     }
 
     /// Room around the footprint at the pose, m: not negative if it is free. A positive value holds for every pose
@@ -113,8 +216,8 @@ impl Body {
             if center > 0.0 && map.outline_is_free(&corners[..self.outline.len()]) == Some(true) {
                 return 0.0;
             }
-            // How much is missing until the turning circle is free: enough to order violated poses.
-            return (center - self.circumscribed).min(-1e-6);
+            // How deep it is takes [`depth`](Self::depth) longer to say.
+            return -1e-6;
         }
         let mut least = f64::INFINITY;
         for &(o, need) in &self.circles {
@@ -127,23 +230,24 @@ impl Body {
         }
     }
 
-    /// Drives `step` from `from` and says how much room is missing at its end (0 if none), or `None` if it collides.
+    /// Drives `step` from `from`, or says `None` if it collides.
     ///
-    /// `missing` is how much is missing at `from`: the violation may only shrink on the way.
+    /// `missing` is how much room is missing at `from`. Until a pose is free the violation may be as deep as
+    /// [`begin`](Self::begin) allowed; from then on none is.
     pub(crate) fn sweep<M: Map>(
         &self,
         map: &M,
         from: [f64; 3],
         step: &Move,
         missing: f64,
-    ) -> Option<f64> {
+    ) -> Option<Swept> {
         let extent = step.extent();
         let rate = match step.motion {
             Motion::Turn => self.lever,
             _ => 1.0 + step.curvature.abs() * self.lever,
         };
         let mut missing = missing;
-        let mut s = 0.0;
+        let (mut s, mut troubled) = (0.0, 0.0);
         let least = if rate > 0.0 {
             self.check_step / rate
         } else {
@@ -158,23 +262,32 @@ impl Body {
             // Even spacing over what is left, so that the last step is not a sliver.
             let left = extent - s;
             if left <= 0.0 {
-                return Some(missing);
+                let share = if extent > 0.0 { troubled / extent } else { 0.0 };
+                return Some(Swept { missing, share });
             }
-            let jump = if rate > 0.0 {
-                (room / rate).max(least)
-            } else {
+            let jump = if rate <= 0.0 {
                 f64::INFINITY
+            } else if missing > 0.0 {
+                least / DENSER
+            } else {
+                (room / rate).max(least)
             };
+            let before = s;
             s = if left <= jump {
                 extent
             } else {
                 s + jump.max(left / (left / jump).ceil() * 0.999)
             };
-            room = self.room(map, step.pose_at(from, s));
+            let pose = step.pose_at(from, s);
+            room = self.room(map, pose);
             if room >= 0.0 {
                 missing = 0.0;
-            } else if -room <= missing + 1e-8 {
-                missing = -room;
+            } else if missing > 0.0 {
+                missing = self.depth(map, pose);
+                if missing > self.leave {
+                    return None;
+                }
+                troubled += s - before;
                 room = 0.0;
             } else {
                 return None;
@@ -205,6 +318,56 @@ impl Body {
         }
         true
     }
+}
+
+/// A point of the base frame in the world.
+fn placed(pose: [f64; 3], o: [f64; 2]) -> [f64; 2] {
+    let (sin, cos) = pose[2].sin_cos();
+    [
+        pose[0] + cos * o[0] - sin * o[1],
+        pose[1] + sin * o[0] + cos * o[1],
+    ]
+}
+
+/// The polygon with every edge moved inwards by `by`; the rest of the array is unused.
+fn shrunk(corners: &[[f64; 2]], by: f64) -> [[f64; 2]; 16] {
+    let n = corners.len();
+    let mut list = [([0.0; 2], [0.0; 2]); 16];
+    for (to, edge) in list.iter_mut().zip(edges(corners)) {
+        *to = edge;
+    }
+    let mut out = [[0.0; 2]; 16];
+    for i in 0..n {
+        let ((a, p), (b, q)) = (list[(i + n - 1) % n], list[i]);
+        let det = p[0] * q[1] - p[1] * q[0];
+        let (c, d) = (
+            p[0] * a[0] + p[1] * a[1] - by,
+            q[0] * b[0] + q[1] * b[1] - by,
+        );
+        out[i] = [(c * q[1] - d * p[1]) / det, (p[0] * d - q[0] * c) / det];
+    }
+    out
+}
+
+/// How far the edges can move inwards until one has no length left, m.
+fn shrinkable(corners: &[[f64; 2]]) -> f64 {
+    let n = corners.len();
+    if n == 0 {
+        return 0.0;
+    }
+    // Corners move linearly, so each edge's length does, too.
+    let unit = shrunk(corners, 1.0);
+    let mut least = f64::INFINITY;
+    for (i, (a, normal)) in edges(corners).enumerate() {
+        let along = [-normal[1], normal[0]];
+        let length = |p: [f64; 2], q: [f64; 2]| (q[0] - p[0]) * along[0] + (q[1] - p[1]) * along[1];
+        let before = length(a, corners[(i + 1) % n]);
+        let after = length(unit[i], unit[(i + 1) % n]);
+        if before > after {
+            least = least.min(before / (before - after));
+        }
+    }
+    0.999 * least
 }
 
 /// Corner and outward normal of each edge of a counter-clockwise polygon.

@@ -36,10 +36,23 @@ pub enum Reason {
         pose: [f64; 3],
         /// Clearance at the turning centre, m.
         clearance: f64,
-        /// How much the footprint and margin lack, m.
+        /// How much the footprint and margin lack, m; infinite if the turning centre itself is inside an obstacle.
         missing: f64,
         /// The tolerance, m.
         tolerance: f64,
+        /// Place of the footprint nearest to an obstacle or deepest in it, world frame, m.
+        at: [f64; 2],
+    },
+    /// The start or the goal is not on the map: [`Status::StartBlocked`] or [`Status::GoalBlocked`].
+    Outside {
+        /// "start" or "goal".
+        what: &'static str,
+        /// The point, world frame, m.
+        point: [f64; 2],
+        /// Lower corner of the map, m.
+        low: [f64; 2],
+        /// Upper corner of the map, m.
+        high: [f64; 2],
     },
     /// See [`Status::GoalBlocked`].
     GoalBlocked {
@@ -51,6 +64,10 @@ pub enum Reason {
         needs: f64,
         /// The tolerance, m.
         tolerance: f64,
+        /// The allowed heading that fits best, rad.
+        yaw: f64,
+        /// Place of the footprint, so turned, nearest to an obstacle or deepest in it, world frame, m.
+        at: [f64; 2],
     },
     /// See [`Status::Disconnected`].
     Disconnected {
@@ -65,6 +82,9 @@ pub enum Reason {
         expansions: usize,
         /// True if every reachable lattice state was tried.
         exhausted: bool,
+        /// First place on the shortest way from there for the inscribed disc where the footprint fits with no heading
+        /// at all, world frame, m.
+        gap: Option<[f64; 2]>,
     },
 }
 
@@ -72,24 +92,48 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::StartBlocked {
-                pose,
+                pose: [x, y, yaw],
                 clearance,
                 missing,
                 tolerance,
+                at,
+            } => {
+                write!(
+                    f,
+                    "start footprint at ({x:.2}, {y:.2}, {yaw:.2} rad) overlaps "
+                )?;
+                write!(f, "an obstacle at ({:.2}, {:.2}): ", at[0], at[1])?;
+                if missing.is_finite() {
+                    write!(f, "it lacks {missing:.3} m of room")?;
+                } else {
+                    write!(f, "its centre is inside")?;
+                }
+                write!(
+                    f,
+                    " (clearance of its centre {clearance:.3} m, tolerance {tolerance:.3} m)"
+                )
+            }
+            Self::Outside {
+                what,
+                point,
+                low,
+                high,
             } => write!(
                 f,
-                "start footprint at ({:.2}, {:.2}, {:.2} rad) lacks {missing:.3} m of room (clearance of its centre {clearance:.3} m, tolerance {tolerance:.3} m)",
-                pose[0], pose[1], pose[2]
+                "{what} ({:.2}, {:.2}) lies outside the map, which spans ({:.2}, {:.2}) to ({:.2}, {:.2})",
+                point[0], point[1], low[0], low[1], high[0], high[1]
             ),
             Self::GoalBlocked {
                 goal,
                 clearance,
                 needs,
                 tolerance,
+                yaw,
+                at,
             } => write!(
                 f,
-                "goal ({:.2}, {:.2}) has clearance {clearance:.3} m, needs at least {needs:.3} m, and no pose within {tolerance:.2} m of it is free",
-                goal[0], goal[1]
+                "goal footprint at ({:.2}, {:.2}) overlaps an obstacle at ({:.2}, {:.2}) even with the best allowed heading, {yaw:.2} rad (clearance {clearance:.3} m, needs at least {needs:.3} m), and no pose within {tolerance:.2} m of it is free",
+                goal[0], goal[1], at[0], at[1]
             ),
             Self::Disconnected { radius } => {
                 write!(
@@ -98,20 +142,29 @@ impl fmt::Display for Reason {
                 )
             }
             Self::NotReached {
-                nearest,
+                nearest: [x, y, yaw],
                 expansions,
                 exhausted,
+                gap,
             } => {
                 let how = if *exhausted {
-                    "the footprint does not fit further"
+                    "the footprint does not fit further than"
                 } else {
-                    "the search was cut off"
+                    "the search was cut off near"
                 };
                 write!(
                     f,
-                    "a connection exists for the inscribed disc, but {how} than ({:.2}, {:.2}, {:.2} rad) after {expansions} expansions",
-                    nearest[0], nearest[1], nearest[2]
-                )
+                    "a connection exists for the inscribed disc, but {how} ({x:.2}, {y:.2}, {yaw:.2} rad) after {expansions} expansions"
+                )?;
+                match gap {
+                    Some([x, y]) => {
+                        write!(
+                            f,
+                            "; it fits with no heading at ({x:.2}, {y:.2}) on the way"
+                        )
+                    }
+                    None => Ok(()),
+                }
             }
         }
     }

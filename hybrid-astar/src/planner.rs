@@ -89,31 +89,41 @@ impl Planner {
         finite("start", &start)?;
         finite("goal", &goal)?;
         yaw.validate()?;
-        let body = Body::new(map, robot, self.params.margin, self.params.check_step)?;
+        let mut body = Body::new(map, robot, self.params.margin, self.params.check_step)?;
         self.prepare(map, &body)?;
         let params = &self.params;
         let Some(raster) = self.raster.as_mut() else {
             return Err(Error::Footprint("unreachable: the grid was just made"));
         };
 
-        let missing = (-body.room(map, start)).max(0.0);
-        if missing > params.start_tolerance || raster.index([start[0], start[1]]).is_none() {
-            let clearance = map.clearance([start[0], start[1]]);
+        let missing = body.depth(map, start);
+        body.begin(missing);
+        let (low, high) = map.bounds();
+        let outside = |what, point: [f64; 2]| Reason::Outside {
+            what,
+            point,
+            low,
+            high,
+        };
+        if raster.index([start[0], start[1]]).is_none() {
+            let reason = outside("start", [start[0], start[1]]);
+            return Ok(Plan::failed(Status::StartBlocked, start, 0, reason));
+        }
+        if missing > params.start_tolerance {
             let reason = Reason::StartBlocked {
                 pose: start,
-                clearance,
+                clearance: map.clearance([start[0], start[1]]),
                 missing,
                 tolerance: params.start_tolerance,
+                at: body.worst_place(map, start),
             };
             return Ok(Plan::failed(Status::StartBlocked, start, 0, reason));
         }
         let Some(place) = free_goal(map, &body, raster, params, goal, yaw) else {
-            let clearance = map.clearance(goal);
-            let reason = Reason::GoalBlocked {
-                goal,
-                clearance,
-                needs: body.inscribed,
-                tolerance: params.goal_tolerance,
+            let reason = if raster.index(goal).is_none() {
+                outside("goal", goal)
+            } else {
+                goal_reason(map, &body, params, goal, yaw)
             };
             return Ok(Plan::failed(Status::GoalBlocked, start, 0, reason));
         };
@@ -166,12 +176,14 @@ impl Planner {
                 };
                 let (nearest, expansions, exhausted) =
                     (found.nearest, found.expansions, found.exhausted);
+                let gap = first_gap(&task, raster, wave, nearest);
                 (
                     status,
                     Reason::NotReached {
                         nearest,
                         expansions,
                         exhausted,
+                        gap,
                     },
                 )
             };
@@ -251,6 +263,65 @@ fn raster_pricing(body: &Body, params: &Params) -> Pricing {
     }
 }
 
+/// The headings at the goal that are tried: the allowed ones, or samples of an allowed range.
+fn goal_headings(params: &Params, yaw: &GoalYaw) -> Vec<f64> {
+    match yaw {
+        GoalYaw::Fixed(y) => vec![*y],
+        GoalYaw::Any(list) => list.clone(),
+        _ => {
+            let unit = TAU / params.headings as f64;
+            let all = (0..params.headings).map(|k| yaw.nearest(k as f64 * unit));
+            all.map(wrap).collect()
+        }
+    }
+}
+
+fn goal_reason<M: Map>(
+    map: &M,
+    body: &Body,
+    params: &Params,
+    goal: [f64; 2],
+    yaw: &GoalYaw,
+) -> Reason {
+    let depth = |h: f64| body.depth(map, [goal[0], goal[1], h]);
+    let headings = goal_headings(params, yaw);
+    let best = headings.iter().map(|&h| (depth(h), h));
+    let best = best.min_by(|a, b| a.0.total_cmp(&b.0));
+    let yaw = best.map_or(0.0, |b| b.1);
+    Reason::GoalBlocked {
+        goal,
+        clearance: map.clearance(goal),
+        needs: body.inscribed,
+        tolerance: params.goal_tolerance,
+        yaw,
+        at: body.worst_place(map, [goal[0], goal[1], yaw]),
+    }
+}
+
+/// The first place on the wave's way from a pose to the goal where the footprint fits with no heading.
+fn first_gap<M: Map>(
+    task: &Task<'_, M>,
+    raster: &mut Raster,
+    wave: &mut Wave,
+    from: [f64; 3],
+) -> Option<[f64; 2]> {
+    let at = raster.index([from[0], from[1]])?;
+    let map = task.map;
+    if !wave.settle(&mut Lazy { raster, map }, at).is_finite() {
+        return None;
+    }
+    let unit = TAU / task.params.headings as f64;
+    let fits = |p: [f64; 2]| {
+        (0..task.params.headings)
+            .any(|k| task.body.room(task.map, [p[0], p[1], k as f64 * unit]) >= 0.0)
+    };
+    let way = wave.descend(raster, at);
+    way.into_iter()
+        .skip(1)
+        .map(|c| raster.center(c))
+        .find(|&p| !fits(p))
+}
+
 /// The goal, or the nearest point within the tolerance at which an allowed heading is free.
 fn free_goal<M: Map>(
     map: &M,
@@ -260,15 +331,7 @@ fn free_goal<M: Map>(
     goal: [f64; 2],
     yaw: &GoalYaw,
 ) -> Option<[f64; 2]> {
-    let headings: Vec<f64> = match yaw {
-        GoalYaw::Fixed(y) => vec![*y],
-        GoalYaw::Any(list) => list.clone(),
-        _ => {
-            let unit = TAU / params.headings as f64;
-            let all = (0..params.headings).map(|k| yaw.nearest(k as f64 * unit));
-            all.map(wrap).collect()
-        }
-    };
+    let headings = goal_headings(params, yaw);
     let fits = |p: [f64; 2]| {
         raster.index(p).is_some()
             && headings

@@ -56,6 +56,16 @@ impl Price {
         }
     }
 
+    /// Price of the share of a move that is driven in violation of the margin, s: as much as a way four times as long,
+    /// so that the start's violation is left soon.
+    pub(crate) fn trouble(&self, m: &Move, share: f64) -> f64 {
+        if share > 0.0 {
+            3.0 * share * self.steady(m)
+        } else {
+            0.0
+        }
+    }
+
     /// Price of a list of moves after a motion (`None`: any start counts), without clearance; each run is charged
     /// its true trapezoid.
     pub(crate) fn way<'a>(

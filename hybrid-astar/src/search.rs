@@ -1,6 +1,6 @@
 //! A* over (cell, heading, motion) with the exact pose kept in every node.
 
-use crate::body::Body;
+use crate::body::{Body, SWING};
 use crate::moves::{Motion, Move};
 use crate::price::Price;
 use crate::steer::{self, Way};
@@ -91,6 +91,23 @@ pub(crate) fn primitives(params: &Params) -> Vec<(Move, i32)> {
     list
 }
 
+/// Long, gentle curves for the way out of a violation.
+///
+/// The tail of a body along a wall swings towards it by `curvature * tail^2 / 2` when the body curves away.
+fn gentle(params: &Params, body: &Body) -> Vec<Move> {
+    let unit = TAU / params.headings as f64;
+    let step = 6.0 * params.cell_size;
+    let tail = body.circumscribed;
+    let curvature = (unit / step).min(1.5 * SWING / (tail * tail));
+    let mut list = Vec::new();
+    for motion in [Motion::Forward, Motion::Reverse] {
+        for side in [1.0, -1.0] {
+            list.push(Move::drive(motion, step, side * curvature));
+        }
+    }
+    list
+}
+
 pub(crate) fn search<M: Map>(
     task: &Task<'_, M>,
     raster: &mut Raster,
@@ -107,7 +124,12 @@ pub(crate) fn search<M: Map>(
         ..
     } = *task;
     let bins = params.headings as i32;
-    let prims = primitives(params);
+    let mut prims = primitives(params);
+    let usual = prims.len();
+    prims.extend(gentle(params, body).into_iter().map(|m| (m, 0)));
+    let unit = TAU / f64::from(bins);
+    // While room is missing, headings that the gentle curves tell apart are different states.
+    let fine = prims[usual].0.heading_change().abs();
     let steady: Vec<f64> = prims.iter().map(|(m, _)| price.steady(m)).collect();
     let pace = 1.0 / price.limits.v;
     let greed = params.greed;
@@ -164,8 +186,13 @@ pub(crate) fn search<M: Map>(
             None
         }
     };
-    let key = |at: usize, bin: i32, motion: Motion| {
-        (at as u64 * bins as u64 + bin as u64) * 3 + motion as u64
+    let key = |at: usize, bin: i32, motion: Motion, missing: f64, yaw: f64| {
+        if missing > 0.0 {
+            let bin = ((yaw - start[2]) / fine).round().rem_euclid(4096.0);
+            (1 << 62) | ((at as u64 * 4096 + bin as u64) * 3 + motion as u64)
+        } else {
+            (at as u64 * bins as u64 + bin as u64) * 3 + motion as u64
+        }
     };
 
     while let Some(Entry { node: index, .. }) = open.pop() {
@@ -183,7 +210,7 @@ pub(crate) fn search<M: Map>(
         }
         let motion = motion_of(by);
         if let (Some(motion), Some(at)) = (motion, raster.index([pose[0], pose[1]]))
-            && table.get(key(at, bin, motion)) != Some(index)
+            && table.get(key(at, bin, motion, missing, pose[2])) != Some(index)
         {
             continue;
         }
@@ -221,7 +248,8 @@ pub(crate) fn search<M: Map>(
                 node,
             });
         }
-        for (k, (step, turn)) in prims.iter().enumerate() {
+        let count = if missing > 0.0 { prims.len() } else { usual };
+        for (k, (step, turn)) in prims[..count].iter().enumerate() {
             // Turning back and forth, or reversing at once, gains nothing.
             if step.motion == Motion::Turn && by < GOAL {
                 let (before, turned) = &prims[by as usize];
@@ -238,10 +266,15 @@ pub(crate) fn search<M: Map>(
             let Some(at) = raster.index([end[0], end[1]]) else {
                 continue;
             };
-            let next_bin = (bin + turn).rem_euclid(bins);
-            let next_key = key(at, next_bin, step.motion);
+            let next_bin = if k < usual {
+                bin + turn
+            } else {
+                ((end[2] - start[2]) / unit).round() as i32
+            };
+            let next_bin = next_bin.rem_euclid(bins);
             let cost = g + charge + steady[k];
-            let known = table.get(next_key);
+            let mut next_key = key(at, next_bin, step.motion, missing, end[2]);
+            let mut known = table.get(next_key);
             if known.is_some_and(|n| f64::from(nodes[n as usize].g) <= cost + 1e-6) {
                 continue;
             }
@@ -249,10 +282,14 @@ pub(crate) fn search<M: Map>(
             if h.is_infinite() || cost + h >= best_goal {
                 continue;
             }
-            let Some(short) = body.sweep(map, pose, step, missing) else {
+            let Some(swept) = body.sweep(map, pose, step, missing) else {
                 continue;
             };
-            let cost = cost + price.closeness(map, pose, step);
+            if missing > 0.0 && swept.missing <= 0.0 {
+                next_key = key(at, next_bin, step.motion, 0.0, end[2]);
+                known = table.get(next_key);
+            }
+            let cost = cost + price.closeness(map, pose, step) + price.trouble(step, swept.share);
             if known.is_some_and(|n| f64::from(nodes[n as usize].g) <= cost + 1e-6) {
                 continue;
             }
@@ -260,7 +297,7 @@ pub(crate) fn search<M: Map>(
             nodes.push(Node {
                 pose: end,
                 g: cost as f32,
-                missing: short as f32,
+                missing: swept.missing as f32,
                 parent: index,
                 bin: next_bin as u32,
                 by: k as u8,
@@ -297,11 +334,12 @@ fn shot<M: Map>(
         let mut short = Some(missing);
         let mut near = 0.0;
         for m in &way {
-            short = short.and_then(|s| task.body.sweep(task.map, p, m, s));
-            if short.is_none() {
+            let swept = short.and_then(|s| task.body.sweep(task.map, p, m, s));
+            short = swept.map(|s| s.missing);
+            let Some(swept) = swept else {
                 break;
-            }
-            near += task.price.closeness(task.map, p, m);
+            };
+            near += task.price.closeness(task.map, p, m) + task.price.trouble(m, swept.share);
             p = m.end(p);
         }
         if short == Some(0.0) && cost + near < limit {

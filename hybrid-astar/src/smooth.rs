@@ -47,6 +47,7 @@ pub(crate) fn smooth<M: Map>(task: &Task<'_, M>, moves: &[Move]) -> Way {
 /// Splits moves into pieces of at most `length` m (turns stay whole).
 fn cut<M: Map>(task: &Task<'_, M>, moves: &[Move], length: f64) -> Vec<Piece> {
     let mut from = task.start;
+    let mut missing = task.missing;
     let mut pieces = Vec::new();
     for m in moves {
         let n = if m.motion == Motion::Turn {
@@ -59,11 +60,14 @@ fn cut<M: Map>(task: &Task<'_, M>, moves: &[Move], length: f64) -> Vec<Piece> {
                 amount: m.amount / n,
                 ..*m
             };
-            pieces.push(Piece {
-                step,
-                from,
-                near: task.price.closeness(task.map, from, &step),
-            });
+            let mut near = task.price.closeness(task.map, from, &step);
+            if missing > 0.0 {
+                // Driven before in other pieces: a rounding away from the limit it still counts as trouble all along.
+                let swept = task.body.sweep(task.map, from, &step, missing);
+                missing = swept.map_or(missing, |s| s.missing);
+                near += task.price.trouble(&step, swept.map_or(1.0, |s| s.share));
+            }
+            pieces.push(Piece { step, from, near });
             from = step.end(from);
         }
     }
@@ -170,7 +174,8 @@ fn cut_from<M: Map>(
     let mut near = 0.0;
     let mut out = Vec::new();
     for m in way {
-        missing = task.body.sweep(task.map, p, m, missing)?;
+        let swept = task.body.sweep(task.map, p, m, missing)?;
+        missing = swept.missing;
         let n = if m.motion == Motion::Turn {
             1.0
         } else {
@@ -184,7 +189,8 @@ fn cut_from<M: Map>(
             let piece = Piece {
                 step,
                 from: p,
-                near: task.price.closeness(task.map, p, &step),
+                near: task.price.closeness(task.map, p, &step)
+                    + task.price.trouble(&step, swept.share),
             };
             near += piece.near;
             out.push(piece);

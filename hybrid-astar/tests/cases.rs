@@ -74,7 +74,7 @@ fn doors_that_fit_and_that_do_not() {
         shut.reason.unwrap().to_string(),
         "no connection from start to goal for a disc of 0.322 m, the largest inside the footprint"
     );
-    // Open for the wave's generous disc, not for the robot.
+    // Open for the wave's generous disc, not for the robot: the reason names the door.
     let tight = go(&two_rooms(0.6), start, goal, &GoalYaw::Free);
     assert!(
         matches!(
@@ -84,6 +84,13 @@ fn doors_that_fit_and_that_do_not() {
         "{:?}",
         tight.status
     );
+    if let Some(Reason::NotReached { gap, .. }) = tight.reason {
+        let gap = gap.unwrap();
+        assert!(
+            (gap[0] - 4.1).abs() < 0.5 && (gap[1] - 3.0).abs() < 0.5,
+            "{gap:?}"
+        );
+    }
 }
 
 #[test]
@@ -91,19 +98,38 @@ fn blocked_ends_say_by_how_much() {
     let map = two_rooms(0.9);
     let p = go(&map, [4.0, 0.5, 0.0], [7.0, 5.0], &GoalYaw::Free);
     assert_eq!(p.status, Status::StartBlocked);
-    assert!(p.reason.unwrap().to_string().contains("lacks"));
+    let reason = p.reason.unwrap().to_string();
+    assert!(
+        reason.starts_with("start footprint at (4.00, 0.50, 0.00 rad) overlaps an obstacle at (4."),
+        "{reason}"
+    );
+    let p = go(&map, [3.55, 1.0, 0.0], [7.0, 5.0], &GoalYaw::Free);
+    assert!(p.reason.unwrap().to_string().contains("lacks 0."));
     let p = go(&map, [1.0, 1.0, 0.0], [4.1, 0.5], &GoalYaw::Free);
     assert_eq!(p.status, Status::GoalBlocked);
+    let reason = p.reason.unwrap().to_string();
+    assert!(
+        reason.contains("needs at least 0.322 m") && reason.contains("overlaps an obstacle at (4."),
+        "{reason}"
+    );
+    for goal in [[99.0, 0.5], [1.0, -0.01]] {
+        let p = go(&map, [1.0, 1.0, 0.0], goal, &GoalYaw::Free);
+        assert_eq!(p.status, Status::GoalBlocked);
+        assert!(
+            p.reason
+                .unwrap()
+                .to_string()
+                .contains("outside the map, which spans (0.00, 0.00) to (8.00, 6.00)")
+        );
+    }
+    let p = go(&map, [-50.0, 1.0, 0.0], [1.0, 1.0], &GoalYaw::Free);
+    assert_eq!(p.status, Status::StartBlocked);
     assert!(
         p.reason
             .unwrap()
             .to_string()
-            .contains("needs at least 0.322 m")
+            .starts_with("start (-50.00, 1.00) lies outside")
     );
-    let p = go(&map, [1.0, 1.0, 0.0], [99.0, 0.5], &GoalYaw::Free);
-    assert_eq!(p.status, Status::GoalBlocked);
-    let p = go(&map, [-50.0, 1.0, 0.0], [1.0, 1.0], &GoalYaw::Free);
-    assert_eq!(p.status, Status::StartBlocked);
 }
 
 #[test]
@@ -125,10 +151,24 @@ fn a_blocked_goal_moves_within_its_tolerance() {
     assert!(p.goal_shift > 0.05 && p.goal_shift < 0.6);
 }
 
+/// Least room of the robot's circles, m.
+fn room(map: &Grid, robot: &Footprint, q: [f64; 3]) -> f64 {
+    let (sin, cos) = q[2].sin_cos();
+    let at = |o: [f64; 2]| {
+        [
+            q[0] + cos * o[0] - sin * o[1],
+            q[1] + sin * o[0] + cos * o[1],
+        ]
+    };
+    let circles = robot.circles().iter();
+    circles
+        .map(|c| map.clearance(at(c.0)) - c.1)
+        .fold(f64::INFINITY, f64::min)
+}
+
 #[test]
-fn a_start_too_close_is_left_without_getting_closer() {
-    // The tail is 5 cm nearer to the lower wall than the margin allows, the nose points away. (Parallel to the wall the robot
-    // could not leave: any turn would swing one end closer.)
+fn a_start_too_close_is_left_hardly_closer() {
+    // The tail is 5 cm nearer to the lower wall than the margin allows, the nose points away.
     let start = [3.0, 0.27 + 0.25 * 0.6f64.sin(), 0.6];
     let map = hall();
     let p = go(&map, start, [6.0, 4.0], &GoalYaw::Free);
@@ -138,15 +178,12 @@ fn a_start_too_close_is_left_without_getting_closer() {
         "{}",
         p.start_violation
     );
-    let room = |q: [f64; 3]| {
-        robot()
-            .circles()
+    let before = room(&map, &robot(), start);
+    assert!(
+        p.poses()
             .iter()
-            .map(|c| map.clearance([q[0] + q[2].cos() * c.0[0], q[1] + q[2].sin() * c.0[0]]) - c.1)
-            .fold(f64::INFINITY, f64::min)
-    };
-    let before = room(start);
-    assert!(p.poses().iter().all(|&q| room(q) >= before - 1e-6));
+            .all(|&q| room(&map, &robot(), q) >= before - 0.0105)
+    );
     let strict = Params {
         start_tolerance: 0.01,
         ..Params::default()
@@ -157,6 +194,78 @@ fn a_start_too_close_is_left_without_getting_closer() {
             .status,
         Status::StartBlocked
     );
+}
+
+/// Along a wall any curve away from it swings the tail towards it.
+#[test]
+fn a_start_along_a_wall_inside_the_margin_is_left_without_touching() {
+    let params = Params {
+        margin: 0.06,
+        ..Params::default()
+    };
+    let map = hall();
+    for yaw in [0.0, std::f64::consts::PI] {
+        for short in [0.005, 0.03, 0.055] {
+            let start = [4.0, 0.302 + 0.06 - short, yaw];
+            let p = plan(&map, &robot(), start, [4.0, 4.0], &GoalYaw::Free, &params).unwrap();
+            assert_eq!(p.status, Status::Solved, "{short} m short");
+            assert!((p.start_violation - short).abs() < 0.006);
+            let poses = p.poses();
+            // Checked every 2 mm of way or so there, hence the tolerance.
+            assert!(
+                poses
+                    .iter()
+                    .all(|&q| room(&map, &robot(), q) > -0.005 - (short - 0.05).max(0.0))
+            );
+            // It gets away, not along: after three metres nothing is missing any more.
+            let mut far = 0.0;
+            for w in poses.windows(2) {
+                far += (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1]);
+                assert!(far < 3.0 || room(&map, &robot(), w[1]) > 0.055);
+            }
+        }
+    }
+}
+
+/// The same for an exact outline, which overlaps the wall a little.
+#[test]
+fn an_outline_along_a_wall_is_left() {
+    let map = hall().with_inset(0.0);
+    let robot = Footprint::polygon(&[[-0.45, -0.3], [0.45, -0.3], [0.45, 0.3], [-0.45, 0.3]]);
+    // The first blocked centres are at y = -0.05: 1 cm inside the outline.
+    let start = [4.0, 0.24, 0.0];
+    let p = plan(
+        &map,
+        &robot,
+        start,
+        [4.0, 4.0],
+        &GoalYaw::Free,
+        &Params::default(),
+    )
+    .unwrap();
+    assert_eq!(
+        p.status,
+        Status::Solved,
+        "{:?} {}",
+        p.reason,
+        p.start_violation
+    );
+    assert!(
+        (p.start_violation - 0.03).abs() < 1e-3,
+        "{}",
+        p.start_violation
+    );
+    // 20 cm inside is no measuring error.
+    let deep = plan(
+        &map,
+        &robot,
+        [4.0, 0.05, 0.0],
+        [4.0, 4.0],
+        &GoalYaw::Free,
+        &Params::default(),
+    )
+    .unwrap();
+    assert_eq!(deep.status, Status::StartBlocked);
 }
 
 #[test]
