@@ -1,19 +1,10 @@
-//! Three volumes, five views: prints the greedy, the branch-and-bound and the optimal order.
+//! Three volumes, five views: prints the greedy, the branch-and-bound, the local and the optimal order.
 #![allow(clippy::print_stdout)]
 
-use objsearch::{CostModel, Error, Params, Task, View, cell_weight, greedy, optimal, plan};
-
-/// Views on a line, 0.5 m/s, 5 s to look.
-struct Line([f64; 5]);
-
-impl CostModel for Line {
-    fn first(&self, view: usize) -> f64 {
-        self.0[view].abs() / 0.5 + 5.0
-    }
-    fn between(&self, from: usize, to: usize) -> f64 {
-        (self.0[from] - self.0[to]).abs() / 0.5 + 5.0
-    }
-}
+use objsearch::{
+    BranchParams, Budget, Error, Goal, LocalParams, Task, Times, View, branch_and_bound,
+    cell_weight, greedy, local, optimal,
+};
 
 fn main() -> Result<(), Error> {
     // One cell stands for 50: shelf 20 %, table 50 %, window sill 10 %.
@@ -29,10 +20,30 @@ fn main() -> Result<(), Error> {
         View::new([0, 2]),
         View::new([1, 2]),
     ];
-    let task = Task::new(&weights, &views, &Line([1.0, 6.0, -2.0, -4.0, 9.0]), 0.05)?;
+    // Views on a line, 0.5 m/s, 5 s to look.
+    let at = [1.0f64, 6.0, -2.0, -4.0, 9.0];
+    let first = at.map(|x| x.abs() / 0.5 + 5.0).to_vec();
+    let between = at
+        .iter()
+        .flat_map(|a| at.iter().map(move |b| (a - b).abs() / 0.5 + 5.0))
+        .collect();
+    let task = Task::new(
+        &weights,
+        &views,
+        &Times::new(first, between)?,
+        &Goal::default(),
+    )?;
+    let budget = || Budget::steps(100_000);
     for (name, found) in [
         ("greedy", greedy(&task)),
-        ("branch and bound", plan(&task, &Params::default())),
+        (
+            "branch and bound",
+            branch_and_bound(&task, &BranchParams::default(), &mut budget()),
+        ),
+        (
+            "local",
+            local(&task, &LocalParams::default(), &[], &mut budget()),
+        ),
         ("optimal", optimal(&task)?),
     ] {
         println!(

@@ -1,13 +1,13 @@
 //! Dynamic programming over sets of visited views: the optimum of small tasks.
 
 use crate::Error;
-use crate::search::{Plan, Status};
+use crate::plan::{Plan, Status};
 use crate::task::Task;
 
-/// Most views that [`optimal`] takes.
-pub const EXACT_VIEWS: usize = 16;
+/// Most views that [`optimal`] takes; 18 views take 45 MB.
+pub const EXACT_VIEWS: usize = 18;
 
-/// The sequence of least expected time; 2^n n^2 steps.
+/// The sequence of least expected time; 2^n n^2 steps. For more views see [`prove`](crate::prove).
 ///
 /// # Errors
 /// [`Error::TooManyViews`] above [`EXACT_VIEWS`].
@@ -20,41 +20,17 @@ pub fn optimal(task: &Task) -> Result<Plan, Error> {
         });
     }
     let sets = 1usize << n;
-    // hidden[s]: weight of cells shown only by views in s, by a sum over subsets.
-    // Counted too, so that a view that shows nothing new is told from one whose gain is rounding.
-    let mut hidden = vec![(0.0, 0u32); sets];
-    for (cell, views) in task.shown_by.iter().enumerate() {
-        let mask: usize = views.iter().map(|&v| 1 << v).sum();
-        if mask != 0 {
-            hidden[mask].0 += task.weights[cell];
-            hidden[mask].1 += 1;
-        }
-    }
-    for bit in 0..n {
-        for set in 0..sets {
-            if set & (1 << bit) != 0 {
-                let part = hidden[set ^ (1 << bit)];
-                hidden[set].0 += part.0;
-                hidden[set].1 += part.1;
-            }
-        }
-    }
-    let covered = |set: usize| hidden[sets - 1].0 - hidden[sets - 1 - set].0;
-    let cells = |set: usize| hidden[sets - 1].1 - hidden[sets - 1 - set].1;
-    let reachable: usize = (0..n)
-        .filter(|&v| task.seconds(None, v).is_finite())
-        .map(|v| 1 << v)
-        .sum();
-    let most = cells(reachable);
+    let covered = Covered::new(task);
     let mut best = vec![f64::INFINITY; sets * n];
     let mut before = vec![u8::MAX; sets * n];
     let mut finish: Option<(f64, usize, usize)> = None;
-    for v in (0..n).filter(|&v| cells(1 << v) > 0) {
+    for v in (0..n).filter(|&v| covered.gain(0, v) > 0.0) {
         best[(1 << v) * n + v] = task.seconds(None, v);
     }
     for set in 1..sets {
-        let weight = covered(set);
-        let complete = weight > task.goal_weight() || cells(set) >= most;
+        let weight = covered.weight(set);
+        let complete = weight > task.goal_weight();
+        let survival = f64::exp(-weight);
         for last in 0..n {
             let here = best[set * n + last];
             if here == f64::INFINITY {
@@ -66,9 +42,8 @@ pub fn optimal(task: &Task) -> Result<Plan, Error> {
                 }
                 continue;
             }
-            let survival = f64::exp(-weight);
             for next in (0..n).filter(|&v| set & (1 << v) == 0) {
-                if cells(set | 1 << next) == cells(set) {
+                if covered.gain(set, next) <= 0.0 {
                     continue; // shows nothing new: passed over at no cost
                 }
                 let slot = (set | 1 << next) * n + next;
@@ -81,24 +56,79 @@ pub fn optimal(task: &Task) -> Result<Plan, Error> {
         }
     }
     let mut sequence = Vec::new();
-    if let Some((_, mut set, mut last)) = finish.filter(|_| most > 0) {
-        loop {
+    if let Some((_, mut set, mut last)) = finish {
+        while set != 0 {
             sequence.push(last);
             let previous = before[set * n + last];
             set ^= 1 << last;
-            if set == 0 {
-                break;
-            }
             last = usize::from(previous);
         }
         sequence.reverse();
     }
-    let value = task.evaluate(&sequence);
-    Ok(Plan {
-        sequence: value.used.clone(),
-        expected_time: value.expected_time,
-        probability: value.probability,
-        status: Status::Finished,
-        expansions: sets as u64,
-    })
+    Ok(Plan::of(task, &sequence, Status::Optimal, sets as u64))
+}
+
+/// Weight covered by each set of views.
+struct Covered {
+    weight: Vec<f64>,
+    /// Classes covered, so that a view that shows nothing new is told from one whose gain is rounding; empty where every
+    /// look shows something.
+    classes: Vec<u32>,
+}
+
+impl Covered {
+    fn new(task: &Task) -> Self {
+        let sets = 1usize << task.len();
+        let masks = (0..task.class_count() as u32).map(|class| {
+            let mask: usize = task.views_of(class).iter().map(|&v| 1 << v).sum();
+            (class, mask)
+        });
+        if !task.single_look() {
+            let masks: Vec<(u32, usize)> = masks.collect();
+            let weight = |set: usize| {
+                let part = |&(class, mask): &(u32, usize)| -> f64 {
+                    let looks = (set & mask).count_ones() as usize;
+                    task.levels(class)[..looks].iter().sum()
+                };
+                masks.iter().map(part).sum()
+            };
+            return Self {
+                weight: (0..sets).map(weight).collect(),
+                classes: Vec::new(),
+            };
+        }
+        // hidden[s]: shown only by views of s, by a sum over subsets.
+        let mut hidden = vec![(0.0, 0u32); sets];
+        for (class, mask) in masks {
+            hidden[mask].0 += task.weight(class);
+            hidden[mask].1 += 1;
+        }
+        for bit in 0..task.len() {
+            for set in 0..sets {
+                if set & (1 << bit) != 0 {
+                    let part = hidden[set ^ (1 << bit)];
+                    hidden[set].0 += part.0;
+                    hidden[set].1 += part.1;
+                }
+            }
+        }
+        let all = hidden[sets - 1];
+        Self {
+            weight: (0..sets).map(|s| all.0 - hidden[sets - 1 - s].0).collect(),
+            classes: (0..sets).map(|s| all.1 - hidden[sets - 1 - s].1).collect(),
+        }
+    }
+
+    fn weight(&self, set: usize) -> f64 {
+        self.weight[set]
+    }
+
+    /// Weight that view `v` adds to a set; 0 if it shows nothing new.
+    fn gain(&self, set: usize, v: usize) -> f64 {
+        let more = set | 1 << v;
+        match self.classes.get(set) {
+            Some(&before) if before == self.classes[more] => 0.0,
+            _ => self.weight[more] - self.weight[set],
+        }
+    }
 }

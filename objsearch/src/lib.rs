@@ -1,83 +1,68 @@
 //! Object search plans that minimise the expected time to find a target.
 //!
 //! A robot may look from many views; each shows some cells of the volumes that may hold the target, and going from view
-//! to view takes time. [`plan`] orders views so that the expected time until the target is seen is small, after FLAP for
-//! CAOS: utility-greedy construction, refined by its depth-first branch and bound; [`optimal`] is exact for small sets.
+//! to view takes time. A planner orders views so that the expected time until the target is seen is small, after FLAP for
+//! CAOS (Gedicke, Günther and Hertzberg, 2016).
+//!
+//! | planner | what it is |
+//! | --- | --- |
+//! | [`greedy`] | largest probability of new cells per second, again and again |
+//! | [`branch_and_bound`] | FLAP's: depth-first, with depth limit psi, branch limit phi, dominance xi |
+//! | [`deepen`], [`widen`] | FLAP's, with psi or phi growing until the budget is used up |
+//! | [`local`] | iterated local search, anytime; never worse than greedy or FLAP's; the one to use |
+//! | [`optimal`] | the optimum of up to [`EXACT_VIEWS`] views by dynamic programming |
+//! | [`prove`] | proves a sequence optimal, or finds a better one, where the budget reaches |
+//!
+//! [`Belief`] says where the target may be, [`TravelTable`] what travel takes, [`search()`] runs the loop of planning, going
+//! and looking.
 //!
 //! ```
-//! use objsearch::{CostModel, Params, Task, View, cell_weight, plan};
+//! use objsearch::{Budget, Goal, LocalParams, Task, Times, View, cell_weight, local};
 //!
 //! // Two volumes of 100 cells: the target is in the first with 20 %, in the second with 60 %.
 //! let weights = [100.0 * cell_weight(0.2, 100)?, 100.0 * cell_weight(0.6, 100)?];
-//! struct Seconds;
-//! impl CostModel for Seconds {
-//!     fn first(&self, _view: usize) -> f64 { 10.0 }
-//!     fn between(&self, _from: usize, _to: usize) -> f64 { 10.0 }
-//! }
-//! let task = Task::new(&weights, &[View::new([0]), View::new([1])], &Seconds, 0.05)?;
-//! let found = plan(&task, &Params::default());
+//! let times = Times::new(vec![10.0; 2], vec![10.0; 4])?;
+//! let views = [View::new([0]), View::new([1])];
+//! let task = Task::new(&weights, &views, &times, &Goal::default())?;
+//! let found = local(&task, &LocalParams::default(), &[], &mut Budget::steps(10_000));
 //! assert_eq!(found.sequence, [1, 0]); // the likely volume first
 //! assert!((found.expected_time - (10.0 + 0.4 * 10.0)).abs() < 1e-9); // FLAP eq. 4
 //! # Ok::<(), objsearch::Error>(())
 //! ```
 
 mod belief;
+mod bound;
+mod branch;
+mod budget;
+mod cluster;
+mod cost;
+mod cover;
+mod dominance;
+mod error;
 mod exact;
+mod local;
+mod memo;
+mod moves;
+mod order;
+mod paths;
+mod plan;
+mod rng;
 mod search;
 mod task;
+mod travel;
 
-pub use belief::{cell_probability, cell_weight, probability_of};
+pub use belief::{Belief, Volume, cell_probability, cell_weight, probability_of};
+pub use bound::lower_bound;
+pub use branch::{BranchParams, branch_and_bound, deepen, greedy, prove, widen};
+pub use budget::Budget;
+pub use cluster::{Clusters, cluster};
+pub use cost::{CostModel, Times};
+pub use dominance::Dominance;
+pub use error::Error;
 pub use exact::{EXACT_VIEWS, optimal};
-pub use search::{Params, Plan, Status, greedy, plan};
-pub use task::{CostModel, Evaluation, Task, View};
-
-/// The caller's mistakes.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Error {
-    /// A probability outside 0 (included) to 1 (excluded).
-    #[error("{what} = {value} must be at least 0 and below 1")]
-    Probability {
-        /// What the probability is of.
-        what: &'static str,
-        /// The value given.
-        value: f64,
-    },
-    /// A volume without cells.
-    #[error("a volume needs at least one cell")]
-    NoCells,
-    /// A cell weight that is negative or not finite.
-    #[error("weight of cell {cell} is {value}, must be zero or more and finite")]
-    Weight {
-        /// Index of the cell.
-        cell: usize,
-        /// The value given.
-        value: f64,
-    },
-    /// A view names a cell that does not exist.
-    #[error("view {view} shows cell {cell}, but there are only {cells} cells")]
-    Cell {
-        /// Index of the view.
-        view: usize,
-        /// Index of the cell.
-        cell: usize,
-        /// Number of cells.
-        cells: usize,
-    },
-    /// A travel time that is NaN, negative or zero. Infinite means unreachable and is allowed.
-    #[error("time to view {to} is {value} s, must be positive (infinite when unreachable)")]
-    Time {
-        /// Index of the view driven to.
-        to: usize,
-        /// The value given, s.
-        value: f64,
-    },
-    /// More views than the exact planner can hold.
-    #[error("{views} views are too many for the exact planner, at most {most}")]
-    TooManyViews {
-        /// Number of views given.
-        views: usize,
-        /// Largest number.
-        most: usize,
-    },
-}
+pub use local::{LocalParams, STEPS_PER_TENTH_SECOND, local};
+pub use paths::{GridPaths, Paths};
+pub use plan::{Plan, Status};
+pub use search::{Ended, Look, Mode, Record, Step, Survey, World, search};
+pub use task::{Evaluation, Goal, Task, View};
+pub use travel::{FromState, Place, Regression, Speeds, TravelModel, TravelTable};
