@@ -6,7 +6,7 @@ use crate::map::{Map, neighbours};
 /// The two kinds of frontier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// Free next to unknown.
+    /// Free next to unknown, or the other way round: [`Side`](crate::Side).
     Exploration,
     /// Occupied next to free, not inspected.
     Inspection,
@@ -93,17 +93,24 @@ pub(crate) fn unit(v: [f64; 3]) -> [f64; 3] {
     }
 }
 
-/// Unit direction of one cell: mean of the directions to neighbours that are free (inspection) or unknown (exploration).
+/// Unit direction of one cell: mean of the directions to neighbours that are free (inspection) or unknown (exploration). An
+/// unknown cell looks away from its free neighbours.
 pub(crate) fn direction(map: &impl Map, kind: Kind, cell: Cell) -> [f64; 3] {
     let mut sum = [0.0; 3];
+    let is_unknown = |c: Cell| !map.is_free(c) && !map.is_occupied(c);
+    let side = match kind {
+        Kind::Exploration if is_unknown(cell) => -1.0,
+        _ => 1.0,
+    };
     for n in neighbours(cell) {
         let counts = match kind {
             Kind::Inspection => map.is_free(n),
-            Kind::Exploration => !map.is_free(n) && !map.is_occupied(n),
+            Kind::Exploration if side < 0.0 => map.is_free(n),
+            Kind::Exploration => is_unknown(n),
         };
         if counts {
             for a in 0..3 {
-                sum[a] += f64::from(n[a] - cell[a]);
+                sum[a] += side * f64::from(n[a] - cell[a]);
             }
         }
     }

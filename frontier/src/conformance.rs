@@ -28,6 +28,12 @@ pub fn check(map: &impl Map) {
                     explore,
                     "exploration word at {cell:?}"
                 );
+                let beside = !free && !occupied && neighbours(cell).any(|n| map.is_free(n));
+                assert_eq!(
+                    bit(map.unknown_word(cell)),
+                    beside,
+                    "unknown word at {cell:?}"
+                );
                 let inspect =
                     occupied && !map.is_inspected(cell) && neighbours(cell).any(|n| map.is_free(n));
                 assert_eq!(

@@ -1,6 +1,6 @@
 //! Exploration and inspection frontiers of voxel maps, clustered and kept up to date incrementally.
 //!
-//! Exploration frontiers are free cells next to unknown ones, inspection frontiers are occupied cells next to free ones that
+//! Exploration frontiers are free cells next to unknown ones (or unknown next to free: [`Side`]), inspection frontiers are occupied cells next to free ones that
 //! were not inspected (HEATS sect. IV-A, 6-neighbourhood). [`Frontiers`] keeps clusters of both as a map changes: only what a
 //! changed box touches is looked at again, untouched clusters keep their ids, and the set of cells always equals that of a
 //! search from scratch. Clusters below the minimum size are kept and marked [`small`](Cluster::small), never lost.
@@ -17,15 +17,16 @@ mod cluster;
 pub mod conformance;
 mod detect;
 pub mod grid;
+mod layer;
 mod map;
 mod params;
 mod split;
 mod update;
 
 pub use cluster::{Cluster, Kind};
-pub use detect::{exploration, inspection};
+pub use detect::{exploration, exploration_on, inspection};
 pub use map::Map;
-pub use params::{Error, Params};
+pub use params::{Error, Params, Side, Split};
 pub use update::{Frontiers, Update};
 
 /// Index of a voxel.

@@ -36,6 +36,15 @@ pub trait Map {
                     .any(|n| inside(n, self.bounds()) && !self.is_free(n) && !self.is_occupied(n))
         })
     }
+    /// Unknown cells with a free neighbour among the 64 cells from `first` along x, as bits: the exploration frontier of
+    /// [`Side::Unknown`](crate::Side). A map with bit planes overrides this.
+    fn unknown_word(&self, first: Cell) -> u64 {
+        word(first, self.bounds(), |cell| {
+            !self.is_free(cell)
+                && !self.is_occupied(cell)
+                && neighbours(cell).any(|n| self.is_free(n))
+        })
+    }
     /// Inspection frontier cells among the 64 cells from `first` along x, as bits: occupied, not inspected, with a free
     /// neighbour.
     fn inspection_word(&self, first: Cell) -> u64 {
@@ -62,6 +71,9 @@ impl<M: Map + ?Sized> Map for &M {
     }
     fn exploration_word(&self, first: Cell) -> u64 {
         (**self).exploration_word(first)
+    }
+    fn unknown_word(&self, first: Cell) -> u64 {
+        (**self).unknown_word(first)
     }
     fn inspection_word(&self, first: Cell) -> u64 {
         (**self).inspection_word(first)

@@ -1,8 +1,32 @@
 //! Limits of clusters, in cells.
 
+/// Which cells between free and unknown space are the exploration frontier.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// Free cells with an unknown neighbour (HEATS, FUEL): places where the robot could stand.
+    #[default]
+    Free,
+    /// Unknown cells with a free neighbour (FLAP, ROG-Map): what remains to be seen.
+    Unknown,
+}
+
+/// How a connected set of exploration frontier cells is cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Split {
+    /// K-means (HEATS), seeded by farthest points.
+    #[default]
+    KMeans,
+    /// Halving along the principal axis until no cell is farther than half the wanted extent from its part's mean (FUEL).
+    PrincipalAxis,
+}
+
 /// Parameters of clustering. Lengths are in cells, so that this crate needs no cell size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Params {
+    /// Side of the exploration frontier.
+    pub exploration_side: Side,
+    /// How exploration clusters are cut.
+    pub exploration_split: Split,
     /// Wanted cells of an exploration cluster: K of k-means is at least n over this.
     pub exploration_size: f64,
     /// Wanted extent of an exploration cluster: K is at least the longest side over this. HEATS: 2 m of 0.15 m cells.
@@ -29,6 +53,8 @@ pub struct Params {
 impl Default for Params {
     fn default() -> Self {
         Self {
+            exploration_side: Side::Free,
+            exploration_split: Split::KMeans,
             exploration_size: 60.0,
             exploration_extent: 2.0 / 0.15,
             min_exploration: 10,

@@ -12,6 +12,62 @@ fn center(cell: Cell) -> [f64; 3] {
     cell.map(|v| f64::from(v) + 0.5)
 }
 
+/// Centres in the order of one coordinate, the one they spread along most, so that a search can stop early.
+struct Along {
+    axis: usize,
+    /// Coordinate, index and centre.
+    sorted: Vec<(f64, usize, [f64; 3])>,
+}
+
+impl Along {
+    fn new(centers: &[[f64; 3]]) -> Self {
+        let spread = |a: usize| {
+            let (low, high) = centers
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| {
+                    (l.min(c[a]), h.max(c[a]))
+                });
+            high - low
+        };
+        let axis = (1..3).fold(0, |best, a| if spread(a) > spread(best) { a } else { best });
+        let mut sorted: Vec<_> = centers
+            .iter()
+            .enumerate()
+            .map(|(i, &c)| (c[axis], i, c))
+            .collect();
+        sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        Self { axis, sorted }
+    }
+
+    /// Index of the nearest centre, the lower one of equally near ones.
+    fn nearest(&self, p: [f64; 3]) -> usize {
+        let here = p[self.axis];
+        let start = self.sorted.partition_point(|c| c.0 < here);
+        let mut best = (f64::INFINITY, usize::MAX);
+        let mut look = |&(x, i, c): &(f64, usize, [f64; 3])| {
+            // Nothing further out can be nearer, nor as near.
+            if (x - here).powi(2) > best.0 {
+                return false;
+            }
+            let d = square(p, c);
+            if d < best.0 || (d == best.0 && i < best.1) {
+                best = (d, i);
+            }
+            true
+        };
+        let (mut left, mut right) = (
+            self.sorted[..start].iter().rev(),
+            self.sorted[start..].iter(),
+        );
+        let (mut go_left, mut go_right) = (true, true);
+        while go_left || go_right {
+            go_right = go_right && right.next().is_some_and(&mut look);
+            go_left = go_left && left.next().is_some_and(&mut look);
+        }
+        best.1
+    }
+}
+
 /// K-means with K = ceil(max(n / size, extent / wanted extent)), seeded by farthest points from the mean, so that equal input
 /// gives equal clusters. Empty clusters vanish.
 pub(crate) fn kmeans(cells: &[Cell], params: &Params) -> Vec<Vec<Cell>> {
@@ -55,14 +111,9 @@ pub(crate) fn kmeans(cells: &[Cell], params: &Params) -> Vec<Vec<Cell>> {
     let mut owner = vec![0usize; points.len()];
     for round in 0..=params.kmeans_iterations {
         let mut moved = false;
+        let along = Along::new(&centers);
         for (slot, &p) in owner.iter_mut().zip(&points) {
-            let (mut best, mut at) = (f64::INFINITY, 0);
-            for (i, &c) in centers.iter().enumerate() {
-                let d = square(p, c);
-                if d < best {
-                    (best, at) = (d, i);
-                }
-            }
+            let at = along.nearest(p);
             moved |= *slot != at;
             *slot = at;
         }
@@ -163,6 +214,24 @@ mod tests {
         let mut all: Vec<Cell> = parts.concat();
         all.sort_unstable();
         assert_eq!(all, wall);
+    }
+
+    #[test]
+    fn the_nearest_centre_is_found_and_ties_go_to_the_lower_index() {
+        let centers: Vec<[f64; 3]> = (0..60)
+            .map(|k| [k * 7 % 13, k * 5 % 11, k * 3 % 7].map(f64::from))
+            .collect();
+        let along = Along::new(&centers);
+        for k in 0..500 {
+            let p = [k * 3 % 29, k * 5 % 23, k * 7 % 17].map(|v| f64::from(v) * 0.5);
+            let mut slow = 0;
+            for i in 1..centers.len() {
+                if square(p, centers[i]) < square(p, centers[slow]) {
+                    slow = i;
+                }
+            }
+            assert_eq!(along.nearest(p), slow);
+        }
     }
 
     #[test]

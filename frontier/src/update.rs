@@ -1,12 +1,12 @@
 //! Clusters kept up to date while the map changes.
 
 use crate::cluster::{Cluster, Kind, direction};
-use crate::detect::word_of;
+use crate::layer::{Layer, NONE};
 use crate::map::Map;
-use crate::params::{Error, Params};
+use crate::params::{Error, Params, Split};
 use crate::split::{halve, kmeans};
 use crate::{Cell, CellBox};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// What an update did to the clusters. Ids are in ascending order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -17,101 +17,6 @@ pub struct Update {
     pub removed: Vec<u64>,
     /// Clusters that lost cells and kept their id.
     pub changed: Vec<u64>,
-}
-
-/// No cluster.
-const NONE: u32 = u32::MAX;
-
-/// Frontier cells of one kind, dense over the map's bounds.
-#[derive(Clone, Debug)]
-struct Layer {
-    kind: Kind,
-    low: Cell,
-    size: [usize; 3],
-    /// Words of a row.
-    words: usize,
-    bits: Vec<u64>,
-    /// Low 32 bits of the owning cluster's id.
-    owner: Vec<u32>,
-}
-
-impl Layer {
-    fn new(kind: Kind, (low, high): CellBox) -> Self {
-        let size = [0, 1, 2].map(|a| (high[a] - low[a]).max(0) as usize);
-        let words = size[0].div_ceil(64);
-        let total = words * size[1] * size[2];
-        Self {
-            kind,
-            low,
-            size,
-            words,
-            bits: vec![0; total],
-            owner: vec![NONE; total * 64],
-        }
-    }
-
-    fn address(&self, cell: Cell) -> Option<usize> {
-        let [x, y, z] = [0, 1, 2].map(|a| cell[a].wrapping_sub(self.low[a]) as usize);
-        (x < self.size[0] && y < self.size[1] && z < self.size[2])
-            .then(|| (z * self.size[1] + y) * self.words * 64 + x)
-    }
-
-    fn holds(&self, cell: Cell) -> bool {
-        self.address(cell)
-            .is_some_and(|a| self.bits[a >> 6] >> (a & 63) & 1 != 0)
-    }
-
-    fn owner(&self, cell: Cell) -> u32 {
-        self.address(cell).map_or(NONE, |a| self.owner[a])
-    }
-
-    fn set_owner(&mut self, cell: Cell, id: u32) {
-        if let Some(a) = self.address(cell) {
-            self.owner[a] = id;
-        }
-    }
-
-    /// Looks at the boxes again; appends the cells that became frontier and that ceased to be.
-    fn refresh(
-        &mut self,
-        map: &impl Map,
-        boxes: &[CellBox],
-        band: (i32, i32),
-        gained: &mut Vec<Cell>,
-        lost: &mut Vec<Cell>,
-    ) {
-        for (low, high) in boxes {
-            // A cell's kind depends on its neighbours, so the box grows by one.
-            let from = [0, 1, 2].map(|a| (low[a].saturating_sub(1)).max(self.low[a]));
-            let to = [0, 1, 2]
-                .map(|a| (high[a].saturating_add(1)).min(self.low[a] + self.size[a] as i32));
-            if (0..3).any(|a| from[a] >= to[a]) {
-                continue;
-            }
-            let first_word = (from[0] - self.low[0]) as usize / 64;
-            let last_word = (to[0] - 1 - self.low[0]) as usize / 64;
-            for z in from[2].max(band.0)..to[2].min(band.1) {
-                for y in from[1]..to[1] {
-                    let row = ((z - self.low[2]) as usize * self.size[1]
-                        + (y - self.low[1]) as usize)
-                        * self.words;
-                    for w in first_word..=last_word {
-                        let x = self.low[0] + (w * 64) as i32;
-                        let now = word_of(map, self.kind, [x, y, z]);
-                        let before = std::mem::replace(&mut self.bits[row + w], now);
-                        for (mut bits, list) in
-                            [(now & !before, &mut *gained), (before & !now, &mut *lost)]
-                        {
-                            while bits != 0 {
-                                list.push([x + bits.trailing_zeros() as i32, y, z]);
-                                bits &= bits - 1;
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
 }
 
 /// Exploration and inspection frontiers of one map, in clusters.
@@ -153,7 +58,8 @@ impl Frontiers {
         }
         let mut layers = match self.layers.take() {
             Some(layers) if !fresh => layers,
-            _ => [Kind::Exploration, Kind::Inspection].map(|kind| Layer::new(kind, bounds)),
+            _ => [Kind::Exploration, Kind::Inspection]
+                .map(|kind| Layer::new(kind, self.params.exploration_side, bounds)),
         };
         let whole = [bounds];
         let boxes = if fresh { &whole[..] } else { boxes };
@@ -227,7 +133,7 @@ impl Frontiers {
             }
         }
         loose.sort_unstable();
-        for cells in self.group(map, layer.kind, &loose) {
+        for cells in self.group(map, layer, &loose) {
             let id = self.next;
             self.next += 1;
             for &cell in &cells {
@@ -239,51 +145,44 @@ impl Frontiers {
         }
     }
 
-    /// Cuts loose cells (sorted) into clusters: 26-connected components, then k-means, or growth by normals and halving.
-    fn group(&self, map: &impl Map, kind: Kind, loose: &[Cell]) -> Vec<Vec<Cell>> {
-        let mut left: BTreeSet<usize> = (0..loose.len()).collect();
-        let normals: Vec<[f64; 3]> = match kind {
-            Kind::Exploration => Vec::new(),
-            Kind::Inspection => loose.iter().map(|&c| direction(map, kind, c)).collect(),
-        };
+    /// Cuts loose cells (sorted) into clusters: 26-connected components, then k-means or halving, or growth by normals and
+    /// halving.
+    fn group(&self, map: &impl Map, layer: &mut Layer, loose: &[Cell]) -> Vec<Vec<Cell>> {
+        let kind = layer.kind;
         let limit = self.params.normal_angle.cos();
         let mut out = Vec::new();
-        while let Some(seed) = left.pop_first() {
+        layer.loosen(loose);
+        for &seed in loose {
+            if !layer.take(seed) {
+                continue;
+            }
             let mut members = vec![seed];
-            let mut mean = normals.get(seed).copied().unwrap_or_default();
+            let mut mean = match kind {
+                Kind::Exploration => [0.0; 3],
+                Kind::Inspection => direction(map, kind, seed),
+            };
             let mut next = 0;
             while next < members.len() {
-                let cell = loose[members[next]];
+                let [x, y, z] = members[next];
                 next += 1;
-                for neighbour in around(cell) {
-                    let Ok(i) = loose.binary_search(&neighbour) else {
-                        continue;
-                    };
-                    if !left.contains(&i) {
-                        continue;
-                    }
-                    if kind == Kind::Inspection {
-                        let normal = normals[i];
-                        let dot: f64 = (0..3).map(|a| mean[a] * normal[a]).sum();
-                        let norm = mean.iter().map(|v| v * v).sum::<f64>().sqrt();
-                        // Cells whose directions cancel, like a thin board's, fit any cluster.
-                        let flat = normal == [0.0; 3] || norm == 0.0;
-                        if !flat && dot < limit * norm {
+                for (dy, dz) in ROWS {
+                    let waiting = layer.waiting([x, y + dy, z + dz]);
+                    for dx in (-1..=1).filter(|dx| waiting >> (dx + 1) & 1 != 0) {
+                        let neighbour = [x + dx, y + dy, z + dz];
+                        if kind == Kind::Inspection && !fits(map, neighbour, &mut mean, limit) {
                             continue;
                         }
-                        for a in 0..3 {
-                            mean[a] += normal[a];
-                        }
+                        layer.take(neighbour);
+                        members.push(neighbour);
                     }
-                    left.remove(&i);
-                    members.push(i);
                 }
             }
             members.sort_unstable();
-            let cells: Vec<Cell> = members.iter().map(|&i| loose[i]).collect();
-            match kind {
-                Kind::Exploration => out.extend(kmeans(&cells, &self.params)),
-                Kind::Inspection => halve(cells, self.params.inspection_radius, &mut out),
+            let half = 0.5 * self.params.exploration_extent;
+            match (kind, self.params.exploration_split) {
+                (Kind::Inspection, _) => halve(members, self.params.inspection_radius, &mut out),
+                (_, Split::KMeans) => out.extend(kmeans(&members, &self.params)),
+                (_, Split::PrincipalAxis) => halve(members, half, &mut out),
             }
         }
         out
@@ -315,4 +214,33 @@ fn around(cell: Cell) -> impl Iterator<Item = Cell> {
             })
         })
     })
+}
+
+/// Rows of the 26 neighbours beside a cell's own, along y and z.
+const ROWS: [(i32, i32); 9] = [
+    (-1, -1),
+    (0, -1),
+    (1, -1),
+    (-1, 0),
+    (0, 0),
+    (1, 0),
+    (-1, 1),
+    (0, 1),
+    (1, 1),
+];
+
+/// True if an inspection cell's normal fits a growing cluster's sum of normals, which it then joins. Cells whose directions
+/// cancel, like a thin board's, fit any cluster.
+fn fits(map: &impl Map, cell: Cell, sum: &mut [f64; 3], limit: f64) -> bool {
+    let normal = direction(map, Kind::Inspection, cell);
+    let dot: f64 = (0..3).map(|a| sum[a] * normal[a]).sum();
+    let norm = sum.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let flat = normal == [0.0; 3] || norm == 0.0;
+    if !flat && dot < limit * norm {
+        return false;
+    }
+    for a in 0..3 {
+        sum[a] += normal[a];
+    }
+    true
 }

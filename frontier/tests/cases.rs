@@ -1,8 +1,8 @@
 //! One named case for each thing that goes wrong.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use frontier::grid::Grid;
-use frontier::{Error, Frontiers, Kind, Params};
+use frontier::grid::{Grid, State};
+use frontier::{Error, Frontiers, Kind, Params, Side};
 
 #[test]
 fn an_unknown_map_has_no_frontier() {
@@ -102,5 +102,48 @@ fn two_walls_of_a_corner_are_two_clusters() {
     assert!(
         normals.contains(&[0.0, 1.0, 0.0]) && normals.contains(&[1.0, 0.0, 0.0]),
         "{normals:?}"
+    );
+}
+
+/// The two sides look at each other: both normals point into unknown space.
+#[test]
+fn both_sides_look_into_the_unknown() {
+    let map = Grid::parse("...???\n...???\n...???");
+    for (side, x) in [(Side::Free, 2), (Side::Unknown, 3)] {
+        let mut frontiers = Frontiers::new(Params {
+            exploration_side: side,
+            ..Params::default()
+        })
+        .unwrap();
+        frontiers.update(&map, &[]);
+        let cluster = frontiers.clusters().next().unwrap();
+        assert_eq!(cluster.cells, [[x, 0, 0], [x, 1, 0], [x, 2, 0]]);
+        assert_eq!(cluster.normal, [1.0, 0.0, 0.0]);
+    }
+}
+
+/// FUEL drops what is below its minimum and never looks at it again; here it is kept, and joins when more is found.
+#[test]
+fn small_leftovers_are_kept_and_grow() {
+    let mut map = Grid::parse("..?#########");
+    let mut frontiers = Frontiers::new(Params::default()).unwrap();
+    let update = frontiers.update(&map, &[]);
+    let small = frontiers.get(update.added[0]).unwrap();
+    assert!(small.small && small.cells.len() == 1);
+    let mut wide = Grid::new([12, 20, 1]);
+    for y in 0..20 {
+        wide.set([0, y, 0], State::Free);
+    }
+    map = wide;
+    frontiers.update(&map, &[]);
+    assert!(
+        frontiers
+            .clusters()
+            .filter(|c| c.kind == Kind::Exploration)
+            .any(|c| !c.small)
+    );
+    assert_eq!(
+        frontiers.clusters().map(|c| c.cells.len()).sum::<usize>(),
+        20
     );
 }

@@ -2,7 +2,10 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use frontier::grid::{Grid, State};
-use frontier::{Cell, Frontiers, Kind, Params, conformance, exploration, inspection};
+use frontier::{
+    Cell, Frontiers, Kind, Params, Side, Split, conformance, exploration, exploration_on,
+    inspection,
+};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 
@@ -82,16 +85,21 @@ proptest! {
     fn updates_equal_a_search_from_scratch(
         start in maps(),
         edits in prop::collection::vec((0..70i32, 0..6i32, 0..5i32, 1..6i32, state()), 1..8),
+        unknown: bool,
+        halves: bool,
     ) {
         let mut map = start;
-        let mut frontiers = Frontiers::new(Params { min_exploration: 3, ..Params::default() }).unwrap();
+        let exploration_side = if unknown { Side::Unknown } else { Side::Free };
+        let exploration_split = if halves { Split::PrincipalAxis } else { Split::KMeans };
+        let params = Params { min_exploration: 3, exploration_side, exploration_split, ..Params::default() };
+        let mut frontiers = Frontiers::new(params).unwrap();
         frontiers.update(&map, &[]);
         for (x, y, z, d, state) in edits {
             let before: Vec<_> = frontiers.clusters().cloned().collect();
             let (low, high) = ([x, y, z], [x + d, y + d, z + d]);
             fill(&mut map, low, high, state);
             let update = frontiers.update(&map, &[(low, high)]);
-            let explore: BTreeSet<Cell> = exploration(&map).into_iter().collect();
+            let explore: BTreeSet<Cell> = exploration_on(&map, exploration_side).into_iter().collect();
             let inspect: BTreeSet<Cell> = inspection(&map, (i32::MIN, i32::MAX)).into_iter().collect();
             prop_assert_eq!(&cells(&frontiers, Kind::Exploration), &explore);
             prop_assert_eq!(&cells(&frontiers, Kind::Inspection), &inspect);
@@ -129,6 +137,25 @@ proptest! {
                     let far: f64 = (0..3).map(|a| (f64::from(p[a]) + 0.5 - c.centroid[a]).powi(2)).sum();
                     prop_assert!(far.sqrt() <= 4.0 + 1e-9);
                 }
+            }
+        }
+    }
+
+    /// Halved exploration clusters stay within half the wanted extent of their centroid, on either side.
+    #[test]
+    fn halved_clusters_are_short(map in maps(), unknown: bool) {
+        let params = Params {
+            exploration_side: if unknown { Side::Unknown } else { Side::Free },
+            exploration_split: Split::PrincipalAxis,
+            exploration_extent: 8.0,
+            ..Params::default()
+        };
+        let mut frontiers = Frontiers::new(params).unwrap();
+        frontiers.update(&map, &[]);
+        for c in frontiers.clusters().filter(|c| c.kind == Kind::Exploration && c.cells.len() > 1) {
+            for p in &c.cells {
+                let far: f64 = (0..3).map(|a| (f64::from(p[a]) + 0.5 - c.centroid[a]).powi(2)).sum();
+                prop_assert!(far.sqrt() <= 4.0 + 1e-9);
             }
         }
     }

@@ -2,7 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use frontier::grid::{Grid, State};
-use frontier::{Cell, exploration, inspection};
+use frontier::{Cell, Side, exploration, exploration_on, inspection};
 use proptest::prelude::*;
 
 const FACES: [Cell; 6] = [
@@ -41,7 +41,11 @@ proptest! {
         let inspect: Vec<Cell> = all.iter().copied()
             .filter(|&c| map.get(c) == State::Occupied && beside(c).any(|n| map.get(n) == State::Free))
             .collect();
+        let beyond: Vec<Cell> = all.iter().copied()
+            .filter(|&c| map.get(c) == State::Unknown && beside(c).any(|n| map.get(n) == State::Free))
+            .collect();
         prop_assert_eq!(exploration(&map), explore);
+        prop_assert_eq!(exploration_on(&map, Side::Unknown), beyond);
         prop_assert_eq!(inspection(&map, (i32::MIN, i32::MAX)), inspect);
     }
 }
