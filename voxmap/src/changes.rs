@@ -9,6 +9,8 @@ const BRICK: usize = 8;
 /// Marks of changed cells.
 #[derive(Clone, Debug)]
 pub(crate) struct Dirty {
+    /// Words of the map; the marks below are empty until the first change.
+    total: usize,
     state: Vec<u64>,
     inspected: Vec<u64>,
     /// Words with marks, each once, in the order of the first mark.
@@ -16,10 +18,11 @@ pub(crate) struct Dirty {
 }
 
 impl Dirty {
-    pub(crate) fn new(words: usize) -> Self {
+    pub(crate) fn new(total: usize) -> Self {
         Self {
-            state: vec![0; words],
-            inspected: vec![0; words],
+            total,
+            state: Vec::new(),
+            inspected: Vec::new(),
             words: Vec::new(),
         }
     }
@@ -29,32 +32,47 @@ impl Dirty {
         (self.state.capacity() + self.inspected.capacity()) * 8 + self.words.capacity() * 4
     }
 
-    /// Notes changes of free or occupied.
+    /// Notes changes of free or occupied; `bits` is not 0.
     #[inline]
     pub(crate) fn state(&mut self, word: usize, bits: u64) {
-        self.touch(word);
+        if self.state.is_empty() {
+            self.state.resize(self.total, 0);
+        }
+        if self.state[word] | self.inspected.get(word).map_or(0, |w| *w) == 0 {
+            self.words.push(word as u32);
+        }
         self.state[word] |= bits;
     }
 
     /// Notes changes of inspected.
     #[inline]
     pub(crate) fn inspected(&mut self, word: usize, bits: u64) {
-        self.touch(word);
+        if bits == 0 {
+            return;
+        }
+        if self.inspected.is_empty() {
+            self.inspected.resize(self.total, 0);
+        }
+        if self.state.get(word).map_or(0, |w| *w) | self.inspected[word] == 0 {
+            self.words.push(word as u32);
+        }
         self.inspected[word] |= bits;
     }
 
-    #[inline]
-    fn touch(&mut self, word: usize) {
-        if self.state[word] | self.inspected[word] == 0 {
-            self.words.push(word as u32);
-        }
+    /// Words with marks, their state and inspected bits, in the order of the first mark.
+    pub(crate) fn pending(&self) -> impl Iterator<Item = (usize, u64, u64)> {
+        let bits = |plane: &[u64], word: usize| plane.get(word).map_or(0, |w| *w);
+        self.words.iter().map(move |&word| {
+            let word = word as usize;
+            (word, bits(&self.state, word), bits(&self.inspected, word))
+        })
     }
 }
 
 /// Up to 64 cells along x of which some changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChangedWord {
-    /// Cell of bit 0; its x is a multiple of 64.
+    /// Cell of bit 0; its x is a multiple of 64 away from the map's lowest cell.
     pub cell: Cell,
     /// Cells whose free or occupied bit changed.
     pub state: u64,
@@ -92,6 +110,25 @@ impl Changes {
 }
 
 impl VoxelMap {
+    /// Boxes of changed cells, in the map's cells.
+    fn boxes(&self, list: &[ChangedWord], bits: impl Fn(&ChangedWord) -> u64) -> Vec<CellBox> {
+        let stored: Vec<ChangedWord> = list
+            .iter()
+            .map(|word| ChangedWord {
+                cell: self.stored(word.cell),
+                ..*word
+            })
+            .collect();
+        let back = |cell: Cell| [0, 1, 2].map(|a| cell[a] + self.first[a]);
+        boxes(&stored, bits, self.size)
+            .into_iter()
+            .map(|b| CellBox {
+                low: back(b.low),
+                high: back(b.high),
+            })
+            .collect()
+    }
+
     /// Everything that changed since the last call.
     pub fn take_changes(&mut self) -> Changes {
         let mut words = std::mem::take(&mut self.dirty.words);
@@ -101,17 +138,17 @@ impl VoxelMap {
             .map(|&word| {
                 let at = word as usize;
                 ChangedWord {
-                    cell: self.cell_of(at * 64),
-                    state: std::mem::take(&mut self.dirty.state[at]),
-                    inspected: std::mem::take(&mut self.dirty.inspected[at]),
+                    cell: self.cell_of_word(at),
+                    state: self.dirty.state.get_mut(at).map_or(0, std::mem::take),
+                    inspected: self.dirty.inspected.get_mut(at).map_or(0, std::mem::take),
                 }
             })
             .collect();
         words.clear();
         self.dirty.words = words;
         Changes {
-            boxes: boxes(&list, |w| w.state | w.inspected, self.size),
-            state_boxes: boxes(&list, |w| w.state, self.size),
+            boxes: self.boxes(&list, |w| w.state | w.inspected),
+            state_boxes: self.boxes(&list, |w| w.state),
             words: list,
         }
     }

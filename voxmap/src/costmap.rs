@@ -1,7 +1,7 @@
 //! The 2-D cost map of the base: columns of the voxel map, and exact clearance to what is not known free.
 
 use crate::error::Error;
-use crate::geometry::{CellBox, State};
+use crate::geometry::CellBox;
 use crate::map::VoxelMap;
 use std::collections::VecDeque;
 
@@ -11,7 +11,8 @@ const EXACT: f64 = 1.0;
 /// Which heights count.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CostMapParams {
-    /// A column with an occupied cell whose height range meets this band above the map's lower bound is an obstacle, m.
+    /// A column with an occupied cell whose height range meets this band above cell 0's lower side is an obstacle, m. That is
+    /// the lower bound of a bounded map, and z = 0 in a growing one.
     pub occupied_band: (f64, f64),
     /// A column is free if all its cells that meet this band are known free, m.
     pub free_band: (f64, f64),
@@ -43,6 +44,8 @@ pub struct CostMap {
     params: CostMapParams,
     cell_size: f64,
     low: [f64; 2],
+    /// The voxel map's cells when projected; ground cell (0, 0) lies below its lowest.
+    bounds: CellBox,
     size: [usize; 2],
     ground: Vec<Ground>,
     /// Steps of the king to the nearest blocked cell (not free, or outside), 0 for blocked ones, capped.
@@ -71,15 +74,15 @@ impl CostMap {
             }
         }
         let size = [map.size()[0], map.size()[1]];
-        let total = size[0] * size[1];
         let mut grid = Self {
             params: params.clone(),
             cell_size: map.cell_size(),
             low: [map.low()[0], map.low()[1]],
+            bounds: map.bounds(),
             size,
-            ground: vec![Ground::Unknown; total],
-            blocked_rings: vec![0; total],
-            obstacle_rings: vec![0; total],
+            ground: vec![Ground::Unknown; size[0] * size[1]],
+            blocked_rings: Vec::new(),
+            obstacle_rings: Vec::new(),
             revision: 0,
             free: 0,
         };
@@ -87,43 +90,106 @@ impl CostMap {
         Ok(grid)
     }
 
-    /// Projects the columns of the changed boxes again. Equal to a whole projection.
+    /// A map of checked ground that comes from elsewhere.
+    pub(crate) fn of_ground(
+        cell_size: f64,
+        low: [f64; 2],
+        size: [usize; 2],
+        ground: Vec<Ground>,
+        params: CostMapParams,
+    ) -> Self {
+        let mut grid = Self {
+            params,
+            cell_size,
+            low,
+            bounds: CellBox {
+                low: [0; 3],
+                high: [size[0] as i32, size[1] as i32, 0],
+            },
+            size,
+            ground,
+            blocked_rings: Vec::new(),
+            obstacle_rings: Vec::new(),
+            revision: 0,
+            free: 0,
+        };
+        grid.measure();
+        grid
+    }
+
+    /// Recomputes what follows from the ground.
+    fn measure(&mut self) {
+        self.revision += 1;
+        self.free = self.ground.iter().filter(|&&g| g == Ground::Free).count();
+        self.blocked_rings = rings(&self.ground, self.size, true, |g| g != Ground::Free);
+        self.obstacle_rings = rings(&self.ground, self.size, false, |g| g == Ground::Obstacle);
+    }
+
+    /// Projects the columns of the changed boxes again. Equal to a whole projection; is one if the map's bounds changed.
     pub fn update(&mut self, map: &VoxelMap, boxes: &[CellBox]) {
+        if map.bounds() != self.bounds {
+            let size = [map.size()[0], map.size()[1]];
+            self.low = [map.low()[0], map.low()[1]];
+            self.bounds = map.bounds();
+            self.size = size;
+            self.ground = vec![Ground::Unknown; size[0] * size[1]];
+            let revision = std::mem::take(&mut self.revision);
+            self.update(map, &[map.bounds()]);
+            self.revision += revision;
+            return;
+        }
+        let first = self.bounds.low;
+        // Stored layers that meet a band, and whether the map holds all of them. Heights count from cell 0.
         let layers = |(low, high): (f64, f64)| {
             let h = self.cell_size;
             let top = map.size()[2] as i32;
-            let from = ((low / h + 1e-9).floor() as i32).clamp(0, top);
-            let to = ((high / h - 1e-9).ceil() as i32).clamp(0, top);
-            from..to
+            let from = ((low / h + 1e-9).floor() as i32).saturating_sub(first[2]);
+            let to = ((high / h - 1e-9).ceil() as i32).saturating_sub(first[2]);
+            let inside = from.clamp(0, top) as usize..to.clamp(0, top) as usize;
+            (inside, from >= 0 && to <= top)
         };
-        let (occupied, free) = (
-            layers(self.params.occupied_band),
-            layers(self.params.free_band),
-        );
+        let (occupied, _) = layers(self.params.occupied_band);
+        let (free, whole) = layers(self.params.free_band);
+        // Layers that a growing map does not hold yet are unknown; a bounded map has nothing beyond its bounds.
+        let hopeless = !whole && map.is_growing();
         let mut changed = self.revision == 0;
         for b in boxes {
-            for y in b.low[1].max(0)..b.high[1].min(self.size[1] as i32) {
-                for x in b.low[0].max(0)..b.high[0].min(self.size[0] as i32) {
-                    let ground = if occupied.clone().any(|z| map.is_occupied([x, y, z])) {
-                        Ground::Obstacle
-                    } else if free.clone().all(|z| map.state([x, y, z]) == State::Free) {
-                        Ground::Free
+            let cells = b.common(&self.bounds);
+            if cells.volume() == 0 {
+                continue;
+            }
+            let [x0, x1] = [cells.low[0] - first[0], cells.high[0] - first[0]].map(|v| v as usize);
+            for y in (cells.low[1] - first[1]) as usize..(cells.high[1] - first[1]) as usize {
+                for w in x0 / 64..=(x1 - 1) / 64 {
+                    // 64 columns at once.
+                    let obstacle = occupied
+                        .clone()
+                        .fold(0, |any, z| any | map.occupied[map.word(w, y, z)]);
+                    let open = if hopeless {
+                        0
                     } else {
-                        Ground::Unknown
+                        free.clone()
+                            .fold(u64::MAX, |all, z| all & map.free[map.word(w, y, z)])
                     };
-                    let slot = &mut self.ground[y as usize * self.size[0] + x as usize];
-                    if *slot != ground {
-                        *slot = ground;
-                        changed = true;
+                    for x in (w * 64).max(x0)..(w * 64 + 64).min(x1) {
+                        let ground = if obstacle >> (x % 64) & 1 != 0 {
+                            Ground::Obstacle
+                        } else if open >> (x % 64) & 1 != 0 {
+                            Ground::Free
+                        } else {
+                            Ground::Unknown
+                        };
+                        let slot = &mut self.ground[y * self.size[0] + x];
+                        if *slot != ground {
+                            *slot = ground;
+                            changed = true;
+                        }
                     }
                 }
             }
         }
         if changed {
-            self.revision += 1;
-            self.free = self.ground.iter().filter(|&&g| g == Ground::Free).count();
-            self.blocked_rings = rings(&self.ground, self.size, true, |g| g != Ground::Free);
-            self.obstacle_rings = rings(&self.ground, self.size, false, |g| g == Ground::Obstacle);
+            self.measure();
         }
     }
 
@@ -160,6 +226,34 @@ impl CostMap {
     /// Centre of a cell, m.
     pub fn center(&self, cell: [i32; 2]) -> [f64; 2] {
         [0, 1].map(|a| self.low[a] + (f64::from(cell[a]) + 0.5) * self.cell_size)
+    }
+
+    /// The map as a robot of that radius sees it: cells whose centre has an obstacle nearer than `radius` m are obstacles.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a radius that is negative or above 1 m, up to which clearances are exact.
+    pub fn inflated(&self, radius: f64) -> Result<Self, Error> {
+        if !(0.0..=EXACT).contains(&radius) {
+            return Err(Error::Length {
+                field: "radius",
+                value: radius,
+            });
+        }
+        let mut ground = self.ground.clone();
+        for (i, slot) in ground.iter_mut().enumerate() {
+            let center = self.center([(i % self.size[0]) as i32, (i / self.size[0]) as i32]);
+            if self.obstacle_clearance(center) < radius {
+                *slot = Ground::Obstacle;
+            }
+        }
+        let params = self.params.clone();
+        Ok(Self::of_ground(
+            self.cell_size,
+            self.low,
+            self.size,
+            ground,
+            params,
+        ))
     }
 
     /// What is known of a cell; unknown outside.

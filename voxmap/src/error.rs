@@ -38,6 +38,22 @@ pub enum Error {
         /// Largest number.
         most: usize,
     },
+    /// A bounded map was asked to grow or to be cropped.
+    #[error("the bounds {bounds:?} of this map are fixed; VoxelMap::growing makes one that grows")]
+    Fixed {
+        /// The map's bounds.
+        bounds: crate::CellBox,
+    },
+    /// Another number of ground cells than the size says.
+    #[error(
+        "{given} cells given for a map of {size:?}, must be as many as the product, and at least one"
+    )]
+    Cells {
+        /// Number of cells given.
+        given: usize,
+        /// Cells along x and y.
+        size: [usize; 2],
+    },
     /// A position that is not finite.
     #[error("{field} = {value:?} must be finite")]
     Position {

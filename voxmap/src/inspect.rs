@@ -40,8 +40,8 @@ impl VoxelMap {
             return 0;
         }
         let (low, high) = camera_box(camera, range);
-        let first = self.clamped(self.cell_at(low));
-        let last = self.clamped(self.cell_at(high));
+        let first = self.stored(self.clamped(self.cell_at(low)));
+        let last = self.stored(self.clamped(self.cell_at(high)));
         let mut marks: Vec<(Cell, u8)> = Vec::new();
         for z in first[2]..=last[2] {
             for y in first[1]..=last[1] {
@@ -50,7 +50,7 @@ impl VoxelMap {
                     while open != 0 {
                         let x = (w * 64) as i32 + open.trailing_zeros() as i32;
                         open &= open - 1;
-                        let cell = [x, y, z];
+                        let cell = [0, 1, 2].map(|a| [x, y, z][a] + self.first[a]);
                         let center = self.center(cell);
                         let square: f64 = (0..3).map(|a| (center[a] - eye[a]).powi(2)).sum();
                         if square >= range * range || !camera.sees(center) {
@@ -68,12 +68,12 @@ impl VoxelMap {
             }
         }
         for &(cell, faces) in &marks {
-            let address = self.address(cell);
-            let (word, x) = (address >> 6, address & 63);
-            for (face, plane) in self.seen.iter_mut().enumerate() {
-                plane[word] |= u64::from(faces >> face & 1) << x;
+            let [x, y, z] = self.stored(cell).map(|v| v as usize);
+            let seen = self.seen.make(x / 64, y, z);
+            for (face, plane) in seen.iter_mut().enumerate() {
+                *plane |= u64::from(faces >> face & 1) << (x % 64);
             }
-            self.dirty.inspected(word, 1 << x);
+            self.dirty.inspected(self.word(x / 64, y, z), 1 << (x % 64));
         }
         marks.len()
     }

@@ -18,26 +18,40 @@
 //! ```
 
 mod ball;
+mod cast;
 mod changes;
 mod costmap;
+mod edit;
 mod error;
 mod esdf;
 mod geometry;
+mod grow;
 mod insert;
 mod inspect;
 pub mod io;
 mod map;
 mod regions;
+mod sensor;
 mod simd;
+mod snapshot;
+mod store;
 mod traits;
 mod walk;
 
+pub use cast::Ray;
 pub use changes::{ChangedWord, Changes};
 pub use costmap::{CostMap, CostMapParams, Ground};
 pub use error::Error;
 pub use esdf::{Esdf, EsdfParams};
 pub use geometry::{Ball, Camera, Cell, CellBox, State};
-pub use insert::{Scan, ScanStats};
-pub use map::{Config, Counts, SensorModel, VoxelMap};
+pub use insert::{GrazingGuard, Scan, ScanStats};
+pub use map::{Config, Counts, VoxelMap};
 pub use regions::{RegionParams, Regions};
+pub use sensor::SensorModel;
+pub use snapshot::Snapshot;
 pub use walk::{Hit, UnknownPolicy};
+
+/// The README's code, tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -2,112 +2,14 @@
 
 use crate::changes::Dirty;
 use crate::error::Error;
-use crate::geometry::{Ball, Cell, CellBox, State};
+use crate::geometry::{Cell, CellBox, State};
+use crate::sensor::{Odds, SensorModel};
+use crate::store::{LogPage, Pages, SeenPage};
 
-/// Most cells of a map, rows padded to 64: 2 GiB of log-odds and planes.
-const MOST_CELLS: usize = 1 << 30;
-/// Log-odds of one unit of the stored byte.
-pub(crate) const UNIT: f64 = 0.05;
-
-/// Probabilities of the sensor model.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SensorModel {
-    /// Occupancy of a cell that a ray ended in.
-    pub hit: f64,
-    /// Occupancy of a cell that rays only passed.
-    pub miss: f64,
-    /// Lower clamp.
-    pub min: f64,
-    /// Upper clamp.
-    pub max: f64,
-    /// A cell at or above it is occupied.
-    pub occupied: f64,
-}
-
-impl Default for SensorModel {
-    /// OctoMap's model: 0.7, 0.4, clamped to 0.1192..0.971, occupied from 0.5 on.
-    fn default() -> Self {
-        Self {
-            hit: 0.7,
-            miss: 0.4,
-            min: 0.1192,
-            max: 0.971,
-            occupied: 0.5,
-        }
-    }
-}
-
-impl SensorModel {
-    /// FUEL's launch files: 0.65, 0.35, clamped to 0.12..0.90, occupied from 0.80 on.
-    pub fn fuel() -> Self {
-        Self {
-            hit: 0.65,
-            miss: 0.35,
-            min: 0.12,
-            max: 0.90,
-            occupied: 0.80,
-        }
-    }
-}
-
-/// The model in stored units.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Odds {
-    pub hit: i8,
-    pub miss: i8,
-    pub min: i8,
-    pub max: i8,
-    pub occupied: i8,
-}
-
-impl Odds {
-    fn new(model: &SensorModel) -> Result<Self, Error> {
-        let unit = |field, p: f64| {
-            if p > 0.0 && p < 1.0 {
-                Ok(((p / (1.0 - p)).ln() / UNIT).round().clamp(-127.0, 127.0) as i8)
-            } else {
-                Err(Error::Probability {
-                    field,
-                    value: p,
-                    wanted: "above 0 and below 1",
-                })
-            }
-        };
-        let odds = Self {
-            hit: unit("hit", model.hit)?,
-            miss: unit("miss", model.miss)?,
-            min: unit("min", model.min)?,
-            max: unit("max", model.max)?,
-            occupied: unit("occupied", model.occupied)?,
-        };
-        let check = |ok, field, value, wanted| {
-            if ok {
-                Ok(())
-            } else {
-                Err(Error::Probability {
-                    field,
-                    value,
-                    wanted,
-                })
-            }
-        };
-        check(odds.hit > 0, "hit", model.hit, "clearly above 0.5")?;
-        check(odds.miss < 0, "miss", model.miss, "clearly below 0.5")?;
-        check(
-            odds.min < odds.occupied,
-            "min",
-            model.min,
-            "below `occupied`",
-        )?;
-        check(
-            odds.max >= odds.occupied,
-            "max",
-            model.max,
-            "at or above `occupied`",
-        )?;
-        Ok(odds)
-    }
-}
+/// Most cells of a map, rows padded to 64: 256 MiB of bit planes, and log-odds where something was seen.
+pub(crate) const MOST_CELLS: usize = 1 << 30;
+/// Most cells along an axis: whole-number crossing times stay exact so far.
+const LONGEST_AXIS: f64 = (1 << 22) as f64;
 
 /// Size, place and sensor model of a map.
 #[derive(Clone, Debug, PartialEq)]
@@ -135,40 +37,50 @@ pub struct Counts {
     pub inspected: usize,
 }
 
-/// A bounded occupancy map with an inspected layer.
+/// An occupancy map with an inspected layer, bounded or growing.
 ///
-/// A cell's address is `((z * ny) + y) * row + x` with rows padded to whole 64-bit words, so that neighbours along y and
-/// z stand at the same bit of other words, and one word operation serves 64 cells.
+/// Free and occupied are dense bit planes: a cell's bit stands at `((z * ny) + y) * row + x` with rows padded to whole 64-bit
+/// words, so that neighbours along y and z stand at the same bit of other words, and one word operation serves 64 cells.
+/// Log-odds and inspected faces stand in pages of 64 x 8 x 8 cells that exist where something was observed.
+///
+/// Clones share pages until one of them writes, so that a copy costs little more than its bit planes;
+/// [`snapshot`](Self::snapshot) makes a read-only one.
 #[derive(Clone, Debug)]
 pub struct VoxelMap {
     pub(crate) cell_size: f64,
+    /// World position of the lower corner of cell 0, m.
+    pub(crate) anchor: [f64; 3],
+    /// Lowest stored cell; cell 0 in bounded maps.
+    pub(crate) first: Cell,
+    /// World position of its lower corner, m.
     pub(crate) low: [f64; 3],
     pub(crate) size: [usize; 3],
     /// Words of a row.
     pub(crate) words: usize,
     pub(crate) odds: Odds,
-    pub(crate) log: Vec<i8>,
     pub(crate) free: Vec<u64>,
     pub(crate) occupied: Vec<u64>,
+    pub(crate) log: Pages<LogPage>,
     /// Inspected faces of occupied cells, in the order of [`FACES`].
-    pub(crate) seen: [Vec<u64>; 6],
+    pub(crate) seen: Pages<SeenPage>,
+    /// Occupied cells of each block of 8 x 8 x 8.
+    pub(crate) blocks: Vec<u16>,
     pub(crate) dirty: Dirty,
     pub(crate) scan: crate::insert::Window,
+    /// Scans integrated so far.
+    pub(crate) scans: u64,
+    /// Most cells, for a map that grows.
+    pub(crate) limit: Option<usize>,
 }
 
 impl VoxelMap {
-    /// A map of unknown cells.
+    /// A map of unknown cells, cell 0 at its lower corner.
     ///
     /// # Errors
-    /// [`Error`] for a cell size, bounds or probabilities that make no map, or more than 2^30 cells.
+    /// [`Error`] for a cell size, bounds or probabilities that make no map, or more than 2^30 cells, or 2^22 along an
+    /// axis.
     pub fn new(config: &Config) -> Result<Self, Error> {
-        let h = config.cell_size;
-        if !(h > 0.0 && h.is_finite()) {
-            return Err(Error::Length {
-                field: "cell_size",
-                value: h,
-            });
-        }
+        let h = checked_cell_size(config.cell_size)?;
         let (low, high) = (config.low, config.high);
         let ordered = (0..3).all(|a| low[a].is_finite() && high[a].is_finite() && low[a] < high[a]);
         if !ordered {
@@ -177,28 +89,44 @@ impl VoxelMap {
         // A millionth of a cell forgives bounds that are a whole number of cells up to rounding.
         let cells = [0, 1, 2].map(|a| ((high[a] - low[a]) / h - 1e-6).ceil().max(1.0));
         let padded = (cells[0] / 64.0).ceil() * 64.0 * cells[1] * cells[2];
-        if padded > MOST_CELLS as f64 {
+        if padded > MOST_CELLS as f64 || !fits(cells) {
             return Err(Error::TooLarge {
                 cells: padded,
                 most: MOST_CELLS,
             });
         }
-        let size = cells.map(|c| c as usize);
+        let odds = Odds::new(&config.sensor)?;
+        Ok(Self::blank(h, low, [0; 3], cells.map(|c| c as usize), odds))
+    }
+
+    /// A map of unknown cells of checked size.
+    pub(crate) fn blank(
+        cell_size: f64,
+        anchor: [f64; 3],
+        first: Cell,
+        size: [usize; 3],
+        odds: Odds,
+    ) -> Self {
         let words = size[0].div_ceil(64);
         let total = words * size[1] * size[2];
-        Ok(Self {
-            cell_size: h,
-            low,
+        Self {
+            cell_size,
+            anchor,
+            first,
+            low: [0, 1, 2].map(|a| anchor[a] + f64::from(first[a]) * cell_size),
             size,
             words,
-            odds: Odds::new(&config.sensor)?,
-            log: vec![0; total * 64],
+            odds,
             free: vec![0; total],
             occupied: vec![0; total],
-            seen: std::array::from_fn(|_| vec![0; total]),
+            log: Pages::new(words, size),
+            seen: Pages::new(words, size),
+            blocks: vec![0; words * 8 * size[1].div_ceil(8) * size[2].div_ceil(8)],
             dirty: Dirty::new(total),
-            scan: crate::insert::Window::new(total),
-        })
+            scan: crate::insert::Window::default(),
+            scans: 0,
+            limit: None,
+        }
     }
 
     /// Edge of a cell, m.
@@ -216,11 +144,12 @@ impl VoxelMap {
         self.low
     }
 
-    /// Bytes in use, scratch planes included.
+    /// Bytes in use, scratch planes included; pages shared with clones count.
     pub fn memory(&self) -> usize {
-        let planes = [&self.free, &self.occupied].into_iter().chain(&self.seen);
-        self.log.capacity()
-            + planes.map(|plane| plane.capacity() * 8).sum::<usize>()
+        (self.free.capacity() + self.occupied.capacity()) * 8
+            + self.blocks.capacity() * 2
+            + self.log.memory()
+            + self.seen.memory()
             + self.dirty.memory()
             + self.scan.memory()
     }
@@ -228,8 +157,8 @@ impl VoxelMap {
     /// All cells of the map.
     pub fn bounds(&self) -> CellBox {
         CellBox {
-            low: [0; 3],
-            high: self.size.map(|n| n as i32),
+            low: self.first,
+            high: [0, 1, 2].map(|a| self.first[a] + self.size[a] as i32),
         }
     }
 
@@ -237,35 +166,50 @@ impl VoxelMap {
     #[inline]
     pub fn cell_at(&self, point: [f64; 3]) -> Cell {
         let inverse = 1.0 / self.cell_size;
-        [0, 1, 2].map(|a| ((point[a] - self.low[a]) * inverse).floor() as i32)
+        [0, 1, 2].map(|a| {
+            let cell = ((point[a] - self.low[a]) * inverse).floor() as i32;
+            cell.saturating_add(self.first[a])
+        })
     }
 
     /// Centre of a cell in the world frame, m.
     #[inline]
     pub fn center(&self, cell: Cell) -> [f64; 3] {
-        [0, 1, 2].map(|a| self.low[a] + (f64::from(cell[a]) + 0.5) * self.cell_size)
+        [0, 1, 2].map(|a| self.anchor[a] + (f64::from(cell[a]) + 0.5) * self.cell_size)
+    }
+
+    /// A cell relative to the lowest stored one. Far outside it wraps, but never into the map.
+    #[inline]
+    pub(crate) fn stored(&self, cell: Cell) -> Cell {
+        [0, 1, 2].map(|a| cell[a].wrapping_sub(self.first[a]))
     }
 
     /// True if the cell lies inside the map.
     #[inline]
     pub fn contains(&self, cell: Cell) -> bool {
-        (0..3).all(|a| cell[a] >= 0 && (cell[a] as usize) < self.size[a])
+        let s = self.stored(cell);
+        (0..3).all(|a| (s[a] as u32 as usize) < self.size[a])
     }
 
     /// Address of a cell inside the map.
     #[inline]
     pub(crate) fn address(&self, cell: Cell) -> usize {
-        (cell[2] as usize * self.size[1] + cell[1] as usize) * (self.words * 64) + cell[0] as usize
+        self.inner(self.stored(cell))
     }
 
-    /// Cell of an address.
-    pub(crate) fn cell_of(&self, address: usize) -> Cell {
-        let row = self.words * 64;
-        let (line, x) = (address / row, address % row);
+    /// Address of a stored cell.
+    #[inline]
+    pub(crate) fn inner(&self, s: Cell) -> usize {
+        (s[2] as usize * self.size[1] + s[1] as usize) * (self.words * 64) + s[0] as usize
+    }
+
+    /// Cell of bit 0 of a word.
+    pub(crate) fn cell_of_word(&self, word: usize) -> Cell {
+        let (line, w) = (word / self.words, word % self.words);
         [
-            x as i32,
-            (line % self.size[1]) as i32,
-            (line / self.size[1]) as i32,
+            (w * 64) as i32 + self.first[0],
+            (line % self.size[1]) as i32 + self.first[1],
+            (line / self.size[1]) as i32 + self.first[2],
         ]
     }
 
@@ -334,10 +278,10 @@ impl VoxelMap {
     pub fn open_faces(&self, cell: Cell) -> u8 {
         let mut faces = self.exposed_faces(cell);
         if faces != 0 {
-            let address = self.address(cell);
-            for (face, plane) in self.seen.iter().enumerate() {
-                if Self::bit(plane, address) {
-                    faces &= !(1 << face);
+            let [x, y, z] = self.stored(cell).map(|v| v as usize);
+            if let Some(seen) = self.seen.get(x / 64, y, z) {
+                for (face, plane) in seen.iter().enumerate() {
+                    faces &= !(((plane >> (x % 64) & 1) as u8) << face);
                 }
             }
         }
@@ -398,8 +342,9 @@ impl VoxelMap {
         if occupied == 0 {
             return 0;
         }
+        let seen = self.seen.get(w, y, z).copied().unwrap_or_default();
         (0..6).fold(0, |open, f| {
-            open | (self.free_beside(w, y, z, f) & !self.seen[f][word])
+            open | (self.free_beside(w, y, z, f) & !seen[f])
         }) & occupied
     }
 
@@ -408,131 +353,23 @@ impl VoxelMap {
     pub(crate) fn word(&self, w: usize, y: usize, z: usize) -> usize {
         (z * self.size[1] + y) * self.words + w
     }
+}
 
-    /// Sets the state of a cell, saturated; outside the map nothing happens.
-    pub fn set_state(&mut self, cell: Cell, state: State) {
-        if !self.contains(cell) {
-            return;
-        }
-        let address = self.address(cell);
-        self.log[address] = match state {
-            State::Unknown => 0,
-            State::Free => self.odds.min,
-            State::Occupied => self.odds.max,
-        };
-        let (word, bit) = (address >> 6, 1u64 << (address & 63));
-        let (was_free, was_occupied) = (self.free[word] & bit, self.occupied[word] & bit);
-        self.free[word] &= !bit;
-        self.occupied[word] &= !bit;
-        match state {
-            State::Unknown => {}
-            State::Free => self.free[word] |= bit,
-            State::Occupied => self.occupied[word] |= bit,
-        }
-        if state != State::Occupied {
-            for plane in &mut self.seen {
-                plane[word] &= !bit;
-            }
-        }
-        if (was_free, was_occupied) != (self.free[word] & bit, self.occupied[word] & bit) {
-            self.dirty.state(word, bit);
-        }
-    }
-
-    /// A map of the cells `low..high`, cell 0 with its lower corner at the world's origin before they are counted from
-    /// `low`.
-    pub(crate) fn from_cells(
-        cell_size: f64,
-        low: Cell,
-        high: Cell,
-        sensor: &SensorModel,
-    ) -> Result<Self, Error> {
-        Self::new(&Config {
-            cell_size,
-            low: low.map(|v| f64::from(v) * cell_size),
-            high: [0, 1, 2].map(|a| f64::from(high[a].max(low[a] + 1)) * cell_size),
-            sensor: sensor.clone(),
+/// The cell size, if it is one.
+pub(crate) fn checked_cell_size(h: f64) -> Result<f64, Error> {
+    if h > 0.0 && h.is_finite() {
+        Ok(h)
+    } else {
+        Err(Error::Length {
+            field: "cell_size",
+            value: h,
         })
     }
+}
 
-    /// Log-odds of a cell inside the map, in units of 0.05.
-    pub(crate) fn log(&self, cell: Cell) -> i8 {
-        self.log[self.address(cell)]
-    }
-
-    /// Makes a cell inside the map known with these log-odds.
-    pub(crate) fn set_log(&mut self, cell: Cell, log: i8) {
-        let occupied = log >= self.odds.occupied;
-        self.set_state(
-            cell,
-            if occupied {
-                State::Occupied
-            } else {
-                State::Free
-            },
-        );
-        let address = self.address(cell);
-        self.log[address] = log;
-    }
-
-    /// Sets every cell whose centre lies in the ball free.
-    pub fn set_free_sphere(&mut self, center: [f64; 3], radius: f64) {
-        let ball = Ball { center, radius };
-        self.for_cells_in(&ball, |map, cell| map.set_state(cell, State::Free));
-    }
-
-    /// Sets every cell whose centre lies in the box free, m.
-    pub fn set_free_box(&mut self, low: [f64; 3], high: [f64; 3]) {
-        self.set_box(low, high, State::Free);
-    }
-
-    /// Forgets every cell whose centre lies in the box, m.
-    pub fn reset_box(&mut self, low: [f64; 3], high: [f64; 3]) {
-        self.set_box(low, high, State::Unknown);
-    }
-
-    fn set_box(&mut self, low: [f64; 3], high: [f64; 3], state: State) {
-        let (first, last) = (
-            self.clamped(self.cell_at(low)),
-            self.clamped(self.cell_at(high)),
-        );
-        for z in first[2]..=last[2] {
-            for y in first[1]..=last[1] {
-                for x in first[0]..=last[0] {
-                    let c = self.center([x, y, z]);
-                    if (0..3).all(|a| low[a] <= c[a] && c[a] <= high[a]) {
-                        self.set_state([x, y, z], state);
-                    }
-                }
-            }
-        }
-    }
-
-    /// The nearest cell inside the map.
-    pub(crate) fn clamped(&self, cell: Cell) -> Cell {
-        [0, 1, 2].map(|a| cell[a].clamp(0, self.size[a] as i32 - 1))
-    }
-
-    /// Calls `visit` for every cell inside the map whose centre lies in the ball.
-    pub(crate) fn for_cells_in(&mut self, ball: &Ball, mut visit: impl FnMut(&mut Self, Cell)) {
-        let Ball { center, radius } = *ball;
-        if !(radius >= 0.0 && center.iter().all(|v| v.is_finite())) {
-            return;
-        }
-        let first = self.clamped(self.cell_at(center.map(|v| v - radius)));
-        let last = self.clamped(self.cell_at(center.map(|v| v + radius)));
-        for z in first[2]..=last[2] {
-            for y in first[1]..=last[1] {
-                for x in first[0]..=last[0] {
-                    let c = self.center([x, y, z]);
-                    let square: f64 = (0..3).map(|a| (c[a] - center[a]).powi(2)).sum();
-                    if square <= radius * radius {
-                        visit(self, [x, y, z]);
-                    }
-                }
-            }
-        }
-    }
+/// True if no axis is longer than traversals can count.
+pub(crate) fn fits(cells: [f64; 3]) -> bool {
+    cells.iter().all(|&n| n <= LONGEST_AXIS)
 }
 
 /// Offset of the neighbour across each face.

@@ -7,8 +7,10 @@ use std::ops::ControlFlow;
 /// What a cast does at unknown cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnknownPolicy {
-    /// Passes through them.
+    /// Passes through them and counts them.
     Pass,
+    /// Passes through them without counting, which lets a cast skip empty blocks of 8 x 8 x 8 cells at once.
+    Ignore,
     /// Stops at the first.
     Stop,
 }
@@ -22,7 +24,7 @@ pub struct Hit {
     pub occupied: bool,
     /// Length of the ray up to the border of that cell, or the whole length if nothing stopped it, m.
     pub distance: f64,
-    /// Unknown cells passed or stopped at.
+    /// Unknown cells passed or stopped at; 0 if they are ignored.
     pub unknown: u32,
 }
 
@@ -113,65 +115,15 @@ impl VoxelMap {
         }
         let mut walk = Walk::new(from, to);
         loop {
-            if visit(walk.cell).is_break() || walk.advance().is_none() {
+            let cell = [0, 1, 2].map(|a| walk.cell[a] + self.first[a]);
+            if visit(cell).is_break() || walk.advance().is_none() {
                 return;
             }
         }
     }
 
-    /// Casts a ray until it meets an occupied cell, leaves the map, or has gone `max` m. The direction need not be unit. The
-    /// part of the ray before it enters the map is skipped; a ray that misses the map or is not finite ends where it starts.
-    pub fn cast(
-        &self,
-        origin: [f64; 3],
-        direction: [f64; 3],
-        max: f64,
-        unknown: UnknownPolicy,
-    ) -> Hit {
-        let norm = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let mut hit = Hit {
-            cell: self.cell_at(origin),
-            occupied: false,
-            distance: 0.0,
-            unknown: 0,
-        };
-        let start = self.scaled(origin);
-        let way = direction.map(|v| v / norm * (max / self.cell_size));
-        if !start.iter().chain(&way).all(|v| v.is_finite()) {
-            return hit;
-        }
-        let Some((enter, leave)) = self.crossing(start, way) else {
-            return hit;
-        };
-        // A hair inside, so that both ends fall into cells of the map.
-        let inside = |t: f64| {
-            [0, 1, 2]
-                .map(|a| (start[a] + t * way[a]).clamp(0.0, self.size[a] as f64 * (1.0 - 1e-12)))
-        };
-        let mut walk = Walk::new(inside(enter), inside(leave));
-        loop {
-            hit.cell = walk.cell;
-            hit.distance = (enter + walk.entered * (leave - enter)) * max;
-            let address = self.address(walk.cell);
-            if Self::bit(&self.occupied, address) {
-                hit.occupied = true;
-                return hit;
-            }
-            if !Self::bit(&self.free, address) {
-                hit.unknown += 1;
-                if unknown == UnknownPolicy::Stop {
-                    return hit;
-                }
-            }
-            if walk.advance().is_none() {
-                hit.distance = leave * max;
-                return hit;
-            }
-        }
-    }
-
     /// The part of a segment (start and way in cells) inside the map, as parameters in 0..1.
-    fn crossing(&self, start: [f64; 3], way: [f64; 3]) -> Option<(f64, f64)> {
+    pub(crate) fn crossing(&self, start: [f64; 3], way: [f64; 3]) -> Option<(f64, f64)> {
         let (mut enter, mut leave) = (0.0f64, 1.0f64);
         for a in 0..3 {
             let size = self.size[a] as f64;
@@ -193,12 +145,14 @@ impl VoxelMap {
     /// unknown. False from points that are not finite or farther than 2^22 cells away.
     pub fn line_of_sight(&self, from: [f64; 3], to: Cell, unknown_allowance: u32) -> bool {
         let start = self.scaled(from);
+        let to = self.stored(to);
         let end = to.map(|v| f64::from(v) + 0.5);
         if !(is_near(start) && is_near(end)) {
             return false;
         }
         let cell = start.map(|v| v.floor() as i32);
-        if !self.contains(cell) || !self.contains(to) {
+        let inside = |c: Cell| (0..3).all(|a| (c[a] as u32 as usize) < self.size[a]);
+        if !inside(cell) || !inside(to) {
             return self.line_of_sight_outside(Walk::new(start, end), to, unknown_allowance);
         }
         // Both ends inside: so is the line. Times of crossings as in the traversal of scans, but one ray at a time: whole
@@ -219,7 +173,7 @@ impl VoxelMap {
                 steps += cells.unsigned_abs();
             }
         }
-        let mut address = self.address(cell) as isize;
+        let mut address = self.inner(cell) as isize;
         let mut unknown = 0;
         for _ in 0..steps {
             let (word, bit) = (address as usize >> 6, address as usize & 63);
@@ -246,10 +200,11 @@ impl VoxelMap {
     fn line_of_sight_outside(&self, mut walk: Walk, to: Cell, unknown_allowance: u32) -> bool {
         let mut unknown = 0;
         while walk.cell != to {
-            if self.is_occupied(walk.cell) {
+            let cell = [0, 1, 2].map(|a| walk.cell[a].wrapping_add(self.first[a]));
+            if self.is_occupied(cell) {
                 return false;
             }
-            if !self.is_known(walk.cell) {
+            if !self.is_known(cell) {
                 unknown += 1;
                 if unknown > unknown_allowance {
                     return false;

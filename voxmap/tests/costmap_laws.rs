@@ -139,3 +139,34 @@ fn bad_points_and_bands_are_harmless() {
         })
     ));
 }
+
+/// Inflation by a radius turns exactly the cells into obstacles whose centre is nearer than that to one.
+#[test]
+fn inflation_grows_obstacles() {
+    let states: Vec<u8> = (0..97u8).map(|k| k.wrapping_mul(37) % 60).collect();
+    let grid = CostMap::project(&filled(&states), &CostMapParams::default()).unwrap();
+    for radius in [0.0, 0.2, 0.55, 1.0] {
+        let inflated = grid.inflated(radius).unwrap();
+        for y in 0..grid.size()[1] as i32 {
+            for x in 0..grid.size()[0] as i32 {
+                let here = [x, y];
+                let gap = brute(&grid, grid.center(here), false, |g| g == Ground::Obstacle);
+                let wanted = if gap < radius {
+                    Ground::Obstacle
+                } else {
+                    grid.ground(here)
+                };
+                assert_eq!(inflated.ground(here), wanted, "{here:?} {radius} {gap}");
+            }
+        }
+    }
+    for radius in [-0.1, 1.1, f64::NAN] {
+        assert!(matches!(
+            grid.inflated(radius),
+            Err(voxmap::Error::Length {
+                field: "radius",
+                ..
+            })
+        ));
+    }
+}

@@ -351,3 +351,71 @@ fn inspection_equals_its_definition() {
         assert_eq!(map.counts().inspected, expected);
     }
 }
+
+/// Casts and balls against parry3d's cuboids, one for each occupied cell.
+#[test]
+fn casts_and_balls_equal_parry() {
+    use parry3d::math::{Pose, Vec3};
+    use parry3d::query::{Ray, RayCast, intersection_test};
+    use parry3d::shape::{Ball, Cuboid};
+    let vec = |p: [f64; 3]| Vec3::new(p[0] as f32, p[1] as f32, p[2] as f32);
+    let mut numbers = Numbers(21);
+    for _ in 0..6 {
+        let map = random_map(numbers.below(1000) as u64, [20.0, 14.0, 9.0], 0.97, 0.02);
+        let h = map.cell_size();
+        let cube = Cuboid::new(Vec3::splat(0.5 * h as f32));
+        let occupied: Vec<Cell> = cells(&map).filter(|&c| map.is_occupied(c)).collect();
+        for _ in 0..200 {
+            let origin = numbers.point(&map);
+            let direction = [0; 3].map(|_| 2.0 * numbers.next() - 1.0);
+            let norm = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let ray = Ray::new(vec(origin), vec(direction.map(|v| v / norm)));
+            let first = occupied
+                .iter()
+                .filter_map(|&c| {
+                    cube.cast_ray(&Pose::from_translation(vec(map.center(c))), &ray, 5.0, true)
+                })
+                .fold(f32::INFINITY, f32::min);
+            for policy in [UnknownPolicy::Pass, UnknownPolicy::Ignore] {
+                let hit = map.cast(origin, direction, 5.0, policy);
+                let ours = if hit.occupied {
+                    hit.distance as f32
+                } else {
+                    f32::INFINITY
+                };
+                // Parry computes in f32, so that a ray that scrapes a cube may miss it there; the oracle above is exact.
+                let near = ours == first || (ours - first).abs() < 1e-4;
+                let scrapes = || {
+                    let hair = 1e-5;
+                    let touched = |grow: f64| {
+                        occupied.iter().any(|&c| {
+                            let end = [0, 1, 2].map(|a| origin[a] + 5.0 * direction[a] / norm);
+                            let (enter, leave) = overlap(&map, c, origin, end, grow);
+                            enter <= leave
+                                && ((enter.max(0.0) * 5.0) as f32 - ours.min(first)).abs() < 1e-3
+                        })
+                    };
+                    touched(hair) != touched(-hair)
+                };
+                assert!(
+                    near || scrapes(),
+                    "{origin:?} {direction:?}: {ours} {first}"
+                );
+            }
+            let radius = 0.05 + 0.5 * numbers.next();
+            let ball = Ball::new(radius as f32);
+            let at = Pose::from_translation(vec(origin));
+            let touches = occupied.iter().any(|&c| {
+                let cube_at = Pose::from_translation(vec(map.center(c)));
+                intersection_test(&at, &ball, &cube_at, &cube)
+                    .unwrap()
+                    .intersecting
+            });
+            assert_eq!(
+                map.ball_is_free(origin, radius, false),
+                !touches,
+                "{origin:?} {radius}"
+            );
+        }
+    }
+}

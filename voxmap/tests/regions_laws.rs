@@ -145,3 +145,34 @@ fn empty_maps_and_bad_parameters() {
         Err(Error::Length { field: "tau", .. })
     ));
 }
+
+/// Labels survive the growth of the map that lies below, and an update without a change does nothing.
+#[test]
+fn labels_survive_growth() {
+    let mut map = voxmap::VoxelMap::growing(0.1, &voxmap::SensorModel::default(), 1 << 24).unwrap();
+    let floor = |map: &mut voxmap::VoxelMap, low: [f64; 2], high: [f64; 2]| {
+        let cell = |p: [f64; 2], z: f64| map.cell_at([p[0], p[1], z]);
+        let cells = voxmap::CellBox {
+            low: cell(low, 0.0),
+            high: cell(high, 0.7),
+        };
+        map.grow(cells).unwrap();
+        map.set_free_box([low[0], low[1], 0.0], [high[0], high[1], 0.7]);
+    };
+    floor(&mut map, [0.0, 0.0], [4.0, 4.0]);
+    let mut grid = CostMap::project(&map, &CostMapParams::default()).unwrap();
+    let params = RegionParams::default();
+    let mut regions = Regions::segment(&grid, &params).unwrap();
+    let id = regions.nearest_label([2.0, 2.0]).unwrap();
+    assert_eq!(regions.update(&grid, &params), Ok(false));
+    // A second room, far enough away for the map to grow on the low side.
+    map.take_changes();
+    floor(&mut map, [-20.0, 0.0], [-14.0, 5.0]);
+    let changes = map.take_changes();
+    grid.update(&map, &changes.state_boxes);
+    assert_eq!(regions.update(&grid, &params), Ok(true));
+    assert_eq!(regions.count(), 2);
+    assert_eq!(regions.nearest_label([2.0, 2.0]), Some(id));
+    let other = regions.nearest_label([-17.0, 2.0]).unwrap();
+    assert_ne!(other, id);
+}

@@ -34,6 +34,8 @@ pub struct Esdf {
     params: EsdfParams,
     cell_size: f64,
     low: [f64; 3],
+    /// The map's cells when last looked at.
+    bounds: CellBox,
     size: [usize; 3],
     /// Reach of the search, cells.
     reach: usize,
@@ -66,6 +68,7 @@ impl Esdf {
             params,
             cell_size: h,
             low: map.low(),
+            bounds: map.bounds(),
             size,
             reach,
             square: vec![0; total],
@@ -78,8 +81,16 @@ impl Esdf {
         Ok(field)
     }
 
-    /// Brings the field up to date with a map after `changes`. Equal to a whole rebuild, bit for bit.
+    /// Brings the field up to date with a map after `changes`. Equal to a whole rebuild, bit for bit; is one if the map's
+    /// bounds changed.
     pub fn update(&mut self, map: &VoxelMap, changes: &Changes) {
+        if map.bounds() != self.bounds {
+            self.low = map.low();
+            self.bounds = map.bounds();
+            self.size = map.size();
+            self.square = vec![0; self.size.iter().product()];
+            return self.rebuild(map, map.bounds());
+        }
         let reach = self.reach as i32;
         let whole = map.bounds();
         let price = |region: &CellBox| pass::cost(region, self.reach, self.size);
@@ -108,11 +119,15 @@ impl Esdf {
 
     /// Recomputes the cells of a box from the map.
     fn rebuild(&mut self, map: &VoxelMap, region: CellBox) {
+        let stored = CellBox {
+            low: map.stored(region.low),
+            high: map.stored(region.high),
+        };
         simd::run(Pass {
             map,
             unknown_is_occupied: self.params.unknown_is_occupied,
             reach: self.reach,
-            region,
+            region: stored,
             square: &mut self.square,
             scratch: &mut self.scratch,
         });
@@ -125,7 +140,9 @@ impl Esdf {
 
     /// Distance of a cell, m; outside the map that of the nearest cell inside.
     pub fn cell_distance(&self, cell: Cell) -> f64 {
-        let c = [0, 1, 2].map(|a| (cell[a].max(0) as usize).min(self.size[a] - 1));
+        let low = self.bounds.low;
+        let c = [0, 1, 2]
+            .map(|a| (cell[a].saturating_sub(low[a]).max(0) as usize).min(self.size[a] - 1));
         self.value((c[2] * self.size[1] + c[1]) * self.size[0] + c[0])
     }
 
@@ -137,6 +154,11 @@ impl Esdf {
     /// Trilinear distance at a point, m; outside the map that of the nearest point between cell centres.
     pub fn distance(&self, point: [f64; 3]) -> f64 {
         self.distance_gradient(point).0
+    }
+
+    /// [`distance`](Self::distance) at many points.
+    pub fn distances(&self, points: &[[f64; 3]]) -> Vec<f64> {
+        points.iter().map(|&point| self.distance(point)).collect()
     }
 
     /// Trilinear distance, m, and the gradient of the same interpolant; the gradient is zero along axes on which the point

@@ -1,6 +1,6 @@
 //! Exact 6-connected traversal of many rays in lock step.
 
-use super::rays::{Batch, ONE};
+use super::rays::Batch;
 use crate::simd::Kernel;
 
 /// Rays in lock step.
@@ -27,6 +27,7 @@ impl Kernel for Trace<'_> {
             let mut next = [[i32::MAX; LANES]; 3];
             let mut delta = [[0; LANES]; 3];
             let mut step = [[0; LANES]; 3];
+            let mut end = [0; LANES];
             let mut address = [batch.first[usize::from(group[0])]; LANES];
             let mut count = 0;
             for (lane, &ray) in group.iter().enumerate() {
@@ -36,12 +37,13 @@ impl Kernel for Trace<'_> {
                     delta[a][lane] = batch.delta[a][ray];
                     step[a][lane] = batch.step[a][ray];
                 }
+                end[lane] = batch.end[ray];
                 address[lane] = batch.first[ray];
                 count = count.max(batch.count[ray]);
             }
             for _ in 0..count {
                 mark(marks, &address);
-                advance(&mut next, &delta, &step, &mut address);
+                advance(&mut next, &delta, &step, &end, &mut address);
             }
             mark(marks, &address);
         }
@@ -61,12 +63,13 @@ fn advance(
     next: &mut [[i32; LANES]; 3],
     delta: &[[i32; LANES]; 3],
     step: &[[i32; LANES]; 3],
+    end: &[i32; LANES],
     address: &mut [i32; LANES],
 ) {
     for l in 0..LANES {
         let (x, y, z) = (next[0][l], next[1][l], next[2][l]);
         let first = x.min(y).min(z);
-        let go = -i32::from(first <= ONE);
+        let go = -i32::from(first <= end[l]);
         let along_x = -i32::from(x == first) & go;
         let along_y = -i32::from(y == first) & !along_x & go;
         let along_z = !(along_x | along_y) & go;

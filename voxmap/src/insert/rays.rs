@@ -58,6 +58,8 @@ pub(super) struct Batch {
     pub next: [[i32; BATCH]; 3],
     /// Time between crossings.
     pub delta: [[i32; BATCH]; 3],
+    /// Time of the last crossing that counts; `ONE` unless the grazing guard cuts a ray short.
+    pub end: [i32; BATCH],
     /// Signed address step.
     pub step: [[i32; BATCH]; 3],
     /// Address of the first and the last cell.
@@ -78,6 +80,7 @@ impl Batch {
             long: [0; BATCH],
             next: [[0; BATCH]; 3],
             delta: [[0; BATCH]; 3],
+            end: [ONE; BATCH],
             step: [[0; BATCH]; 3],
             first: [0; BATCH],
             last: [0; BATCH],
@@ -124,6 +127,7 @@ impl Kernel for Prepare<'_> {
         batch.first.fill(0);
         batch.last.fill(0);
         batch.count.fill(0);
+        batch.end.fill(ONE);
         batch.long.fill(0);
         for a in 0..3 {
             axis(batch, frame, a);

@@ -59,4 +59,17 @@ impl<'a> Bytes<'a> {
             line.strip_suffix(b"\r").unwrap_or(line),
         ))
     }
+
+    /// As [`line`](Self::line), but the end of the bytes ends a line as well.
+    pub(super) fn last_line(
+        &mut self,
+        part: &'static str,
+    ) -> Result<std::borrow::Cow<'a, str>, Error> {
+        let rest = &self.all[self.at..];
+        if rest.is_empty() || rest.iter().take(4096).any(|&b| b == b'\n') || rest.len() > 4096 {
+            return self.line(part);
+        }
+        self.at = self.all.len();
+        Ok(String::from_utf8_lossy(rest))
+    }
 }

@@ -6,7 +6,8 @@
 use super::Error;
 use super::bytes::Bytes;
 use crate::geometry::{Cell, State};
-use crate::map::{SensorModel, UNIT, VoxelMap};
+use crate::map::{MOST_CELLS, VoxelMap};
+use crate::sensor::{Odds, SensorModel, UNIT};
 
 /// Levels of OctoMap's trees below the root.
 const DEPTH: u8 = 16;
@@ -144,12 +145,15 @@ impl OcTree {
     pub fn from_map(map: &VoxelMap) -> Result<Self, Error> {
         let h = map.cell_size();
         let low = map.low();
-        let corner = low.map(|v| (v / h).round());
-        if (0..3).any(|a| (low[a] - corner[a] * h).abs() > 1e-3 * h) {
+        // Whole cells from the world's origin to cell 0.
+        let offset = map.anchor.map(|v| (v / h).round());
+        if (0..3).any(|a| (map.anchor[a] - offset[a] * h).abs() > 1e-3 * h) {
             return Err(Error::Unaligned { low, cell_size: h });
         }
+        let bounds = map.bounds();
         for a in 0..3 {
-            let reach = (-corner[a]).max(corner[a] + map.size()[a] as f64);
+            let reach =
+                (-offset[a] - f64::from(bounds.low[a])).max(offset[a] + f64::from(bounds.high[a]));
             if reach > f64::from(MIDDLE) {
                 return Err(Error::TooLarge {
                     part: "cells from the origin",
@@ -158,9 +162,7 @@ impl OcTree {
                 });
             }
         }
-        let corner = corner.map(|v| v as i32);
-        let bounds = map.bounds();
-        let offset = [0, 1, 2].map(|a| corner[a] - bounds.low[a]);
+        let offset = offset.map(|v| v as i32);
         let mut leaves = Vec::new();
         collect(map, offset, [-MIDDLE; 3], DEPTH, &mut leaves);
         Ok(Self {
@@ -169,15 +171,21 @@ impl OcTree {
         })
     }
 
-    /// A map of the tree's bounding box, its corner at a whole number of cells. Values are clamped to the sensor model and
-    /// rounded to its units without changing sides of its threshold.
+    /// A bounded map of the tree's bounding box. Cells have the same indices in both: cell 0 has its lower corner at the
+    /// world's origin. Values are clamped to the sensor model and rounded to its units without changing sides of OctoMap's
+    /// threshold.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if the box holds more than `most` cells (a tree of a few bytes may span 2^48), and the map's own
     /// errors. A tree without leaves becomes a map of one unknown cell.
     pub fn to_map(&self, sensor: &SensorModel, most: usize) -> Result<VoxelMap, Error> {
-        let (low, high) = self.bounds();
-        let asked: f64 = (0..3).map(|a| f64::from(high[a] - low[a])).product();
+        let (low, mut high) = self.bounds();
+        for a in 0..3 {
+            high[a] = high[a].max(low[a] + 1);
+        }
+        let size = [0, 1, 2].map(|a| (high[a] - low[a]) as usize);
+        let asked = (size[0].div_ceil(64) * 64) as f64 * size[1] as f64 * size[2] as f64;
+        let most = most.min(MOST_CELLS);
         if asked > most as f64 {
             return Err(Error::TooLarge {
                 part: "cells of the bounding box",
@@ -185,9 +193,8 @@ impl OcTree {
                 most: most as f64,
             });
         }
-        let mut map = VoxelMap::from_cells(self.resolution, low, high, sensor)?;
-        let odds = map.odds;
-        let bounds = map.bounds().low;
+        let odds = Odds::new(sensor)?;
+        let mut map = VoxelMap::blank(self.resolution, [0.0; 3], low, size, odds);
         for leaf in &self.leaves {
             let unit = (f64::from(leaf.log_odds) / UNIT)
                 .round()
@@ -199,7 +206,7 @@ impl OcTree {
                 unit.max(0)
             };
             let unit = unit.clamp(odds.min, odds.max);
-            let from = [0, 1, 2].map(|a| leaf.cell[a] - low[a] + bounds[a]);
+            let from = leaf.cell;
             let edge = leaf.edge();
             for z in from[2]..from[2] + edge {
                 for y in from[1]..from[1] + edge {

@@ -48,6 +48,8 @@ pub struct Regions {
     centers: Vec<[f64; 2]>,
     areas: Vec<f64>,
     next_id: u32,
+    /// The cost map's when it was segmented.
+    revision: u64,
 }
 
 const NONE: u32 = u32::MAX;
@@ -104,6 +106,7 @@ impl Regions {
             centers: Vec::new(),
             areas: Vec::new(),
             next_id: done.len() as u32,
+            revision: grid.revision(),
         };
         regions.measure();
         Ok(regions)
@@ -226,15 +229,43 @@ impl Regions {
         pairs
     }
 
-    /// Gives each region the id of the earlier region it overlaps most, each earlier id once; others get new ids.
-    pub fn carry_labels(&mut self, previous: &Self) {
-        if previous.size != self.size {
-            return;
+    /// Segments anew if the cost map has changed since, and carries the labels over. Returns whether it did.
+    ///
+    /// # Errors
+    /// As [`segment`](Self::segment); the regions then stay as they were.
+    pub fn update(&mut self, grid: &CostMap, params: &RegionParams) -> Result<bool, Error> {
+        if (grid.revision(), grid.low(), grid.size()) == (self.revision, self.low, self.size) {
+            return Ok(false);
         }
+        let mut regions = Self::segment(grid, params)?;
+        regions.carry_labels(self);
+        *self = regions;
+        Ok(true)
+    }
+
+    /// Gives each region the id of the earlier region it overlaps most, each earlier id once; others get new ids. The earlier
+    /// regions may be of other bounds, but of cells of the same size; otherwise all ids are new.
+    pub fn carry_labels(&mut self, previous: &Self) {
         let mut overlap: BTreeMap<(u32, u32), usize> = BTreeMap::new();
-        for (&now, &before) in self.labels.iter().zip(&previous.labels) {
-            if now != NONE && before != NONE {
-                *overlap.entry((now, before)).or_default() += 1;
+        let shift = [0, 1].map(|a| ((self.low[a] - previous.low[a]) / self.cell_size).round());
+        if self.cell_size == previous.cell_size {
+            for (i, &now) in self.labels.iter().enumerate() {
+                if now == NONE {
+                    continue;
+                }
+                let at = [i % self.size[0], i / self.size[0]];
+                let [x, y] = [0, 1].map(|a| at[a] as f64 + shift[a]);
+                if x < 0.0
+                    || y < 0.0
+                    || x >= previous.size[0] as f64
+                    || y >= previous.size[1] as f64
+                {
+                    continue;
+                }
+                let before = previous.labels[y as usize * previous.size[0] + x as usize];
+                if before != NONE {
+                    *overlap.entry((now, before)).or_default() += 1;
+                }
             }
         }
         let mut pairs: Vec<(usize, u32, u32)> =

@@ -6,7 +6,7 @@ use frontier::{Cell, Map};
 impl VoxelMap {
     /// A word of a predicate from cell `first` on: two aligned words, shifted.
     fn unaligned(&self, first: Cell, word: impl Fn(usize, usize, usize) -> u64) -> u64 {
-        let [x, y, z] = first;
+        let [x, y, z] = self.stored(first);
         let inside = y >= 0 && z >= 0 && (y as usize) < self.size[1] && (z as usize) < self.size[2];
         if !inside {
             return 0;
@@ -28,37 +28,51 @@ impl VoxelMap {
 
     /// Free cells of a word with an unknown neighbour inside the map.
     fn exploration_bits(&self, w: usize, y: usize, z: usize) -> u64 {
-        let word = self.word(w, y, z);
-        let free = self.free[word];
+        let free = self.free[self.word(w, y, z)];
         if free == 0 {
             return 0;
         }
-        let unknown = |w: usize, y: usize, z: usize| {
-            let word = self.word(w, y, z);
+        free & self.beside(w, y, z, |word, w| {
             !(self.free[word] | self.occupied[word]) & self.inside_mask(w)
-        };
-        let (row, layers) = (self.size[1], self.size[2]);
-        let here = unknown(w, y, z);
+        })
+    }
+
+    /// Unknown cells of a word with a free neighbour.
+    fn unknown_bits(&self, w: usize, y: usize, z: usize) -> u64 {
+        let word = self.word(w, y, z);
+        let unknown = !(self.free[word] | self.occupied[word]) & self.inside_mask(w);
+        if unknown == 0 {
+            return 0;
+        }
+        unknown & self.beside(w, y, z, |word, _| self.free[word])
+    }
+
+    /// Cells of a word of which a neighbour across a face is in a set, given word by word (index, word of its row).
+    #[inline(always)]
+    fn beside(&self, w: usize, y: usize, z: usize, set: impl Fn(usize, usize) -> u64) -> u64 {
+        let word = self.word(w, y, z);
+        let layer = self.words * self.size[1];
+        let here = set(word, w);
         let mut beside = here << 1 | here >> 1;
         if w > 0 {
-            beside |= unknown(w - 1, y, z) >> 63;
+            beside |= set(word - 1, w - 1) >> 63;
         }
         if w + 1 < self.words {
-            beside |= unknown(w + 1, y, z) << 63;
+            beside |= set(word + 1, w + 1) << 63;
         }
         if y > 0 {
-            beside |= unknown(w, y - 1, z);
+            beside |= set(word - self.words, w);
         }
-        if y + 1 < row {
-            beside |= unknown(w, y + 1, z);
+        if y + 1 < self.size[1] {
+            beside |= set(word + self.words, w);
         }
         if z > 0 {
-            beside |= unknown(w, y, z - 1);
+            beside |= set(word - layer, w);
         }
-        if z + 1 < layers {
-            beside |= unknown(w, y, z + 1);
+        if z + 1 < self.size[2] {
+            beside |= set(word + layer, w);
         }
-        free & beside
+        beside
     }
 
     /// Bits of word `w` of a row that stand for cells of the map.
@@ -88,6 +102,9 @@ impl Map for VoxelMap {
     }
     fn exploration_word(&self, first: Cell) -> u64 {
         self.unaligned(first, |w, y, z| self.exploration_bits(w, y, z))
+    }
+    fn unknown_word(&self, first: Cell) -> u64 {
+        self.unaligned(first, |w, y, z| self.unknown_bits(w, y, z))
     }
     fn inspection_word(&self, first: Cell) -> u64 {
         self.unaligned(first, |w, y, z| self.open_word(w, y, z))

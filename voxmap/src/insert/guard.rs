@@ -1,0 +1,138 @@
+//! The grazing guard: keeps flat rays from erasing the surfaces they scrape along.
+//!
+//! A ray that meets a surface at a flat angle first passes through cells that the surface itself lies in, and a scan has far
+//! more passes than returns there; OctoMap frees a quarter of a building's surface cells that way. Two rules help:
+//!
+//! 1. The *tail* of such a ray passes nothing: where the scan and the map show a sheet at the ray's end (cells beside the end
+//!    are hit or occupied, none above or below it along one axis), the last cells in the sheet's layer are left as they are.
+//! 2. An occupied cell that has a hit cell among its 26 neighbours in the same scan is *protected*: the surface is still
+//!    there, so that only every so many scans may a pass count against it.
+
+use super::Window;
+use super::rays::{Batch, ONE};
+use crate::geometry::Cell;
+use crate::map::VoxelMap;
+
+/// Options of the grazing guard.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GrazingGuard {
+    /// Longest tail of a ray that passes nothing, m; 0 switches the rule off.
+    pub tail: f64,
+    /// A protected cell loses in one scan of this many; 1 switches the rule off. The larger, the longer stay the outermost
+    /// cells of things that moved away from a wall or stood on the floor.
+    pub patience: u32,
+}
+
+impl Default for GrazingGuard {
+    /// Tails of up to 1.5 m, one scan in 16.
+    fn default() -> Self {
+        Self {
+            tail: 1.5,
+            patience: 16,
+        }
+    }
+}
+
+/// Bits of the cells of a 3 x 3 x 3 block around a cell: x + 3 y + 9 z.
+const CENTER: u32 = 1 << 13;
+/// Both outer layers across each axis.
+const OUTER: [u32; 3] = [0o555_555_555, 0o707_707_707, 0o777_000_777];
+
+impl VoxelMap {
+    /// Brings the end of a ray's passes, a time in the lanes' units, before the tail.
+    pub(super) fn cut_tail(&self, window: &Window, batch: &mut Batch, ray: usize, tail: f64) {
+        let from = [0, 1, 2].map(|a| batch.from[a][ray]);
+        let to = [0, 1, 2].map(|a| batch.to[a][ray]);
+        let way = [0, 1, 2].map(|a| (to[a] - from[a]).abs());
+        let end: Cell = to.map(|v| v as i32);
+        let block = self.block(window, end);
+        let longest = (0..3).fold(0, |best, a| if way[a] > way[best] { a } else { best });
+        // The one axis across which the surface lies flat.
+        let mut across = None;
+        for a in (0..3).filter(|&a| a != longest) {
+            if block & OUTER[a] == 0 && block & !OUTER[a] & !CENTER != 0 {
+                if across.is_some() {
+                    return;
+                }
+                across = Some(a);
+            }
+        }
+        let Some(a) = across else {
+            return;
+        };
+        let crossings = (from[a] as i32).abs_diff(end[a]) as i32;
+        let last = match crossings {
+            0 => 0,
+            n => batch.next[a][ray] + (n - 1) * batch.delta[a][ray],
+        };
+        let length = way.iter().map(|v| v * v).sum::<f64>().sqrt() * self.cell_size;
+        let limit = ((1.0 - tail / length).max(0.0) * f64::from(ONE)) as i32;
+        batch.end[ray] = last.max(limit).min(ONE) - 1;
+    }
+
+    /// Hit or occupied cells of the block around a cell.
+    fn block(&self, window: &Window, cell: Cell) -> u32 {
+        let mut block = 0;
+        for dz in -1..=1 {
+            for dy in -1..=1 {
+                let (y, z) = (cell[1] + dy, cell[2] + dz);
+                if y < 0 || z < 0 || y as usize >= self.size[1] || z as usize >= self.size[2] {
+                    continue;
+                }
+                let row = self.word(0, y as usize, z as usize);
+                let word = |x: i32| {
+                    let at = row + x as usize / 64;
+                    window.hit[at] | self.occupied[at]
+                };
+                let x = cell[0];
+                let bits = if x & 63 != 0 && x & 63 != 63 {
+                    word(x) >> ((x & 63) - 1) & 7
+                } else {
+                    (-1..=1)
+                        .filter(|dx| x + dx >= 0 && ((x + dx) as usize) < self.words * 64)
+                        .fold(0, |bits, dx| {
+                            bits | (word(x + dx) >> ((x + dx) & 63) & 1) << (dx + 1)
+                        })
+                };
+                block |= (bits as u32) << (3 * (dy + 1) + 9 * (dz + 1));
+            }
+        }
+        block
+    }
+
+    /// Takes back the passes through occupied cells beside hit ones.
+    pub(super) fn protect(&self, window: &mut Window) {
+        let [(y0, y1), (z0, z1)] = window.rows;
+        for z in z0..z1 {
+            for y in y0..y1 {
+                let row = self.word(0, y, z);
+                for w in 0..self.words {
+                    let at = row + w;
+                    let lost = window.passed[at] & !window.hit[at] & self.occupied[at];
+                    if lost != 0 {
+                        window.passed[at] &= !(lost & self.beside_hits(window, w, y, z));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Cells of a word with a hit cell among their 26 neighbours.
+    fn beside_hits(&self, window: &Window, w: usize, y: usize, z: usize) -> u64 {
+        let mut beside = 0;
+        for z in z.saturating_sub(1)..(z + 2).min(self.size[2]) {
+            for y in y.saturating_sub(1)..(y + 2).min(self.size[1]) {
+                let at = self.word(w, y, z);
+                let hit = window.hit[at];
+                beside |= hit | hit << 1 | hit >> 1;
+                if w > 0 {
+                    beside |= window.hit[at - 1] >> 63;
+                }
+                if w + 1 < self.words {
+                    beside |= window.hit[at + 1] << 63;
+                }
+            }
+        }
+        beside
+    }
+}
