@@ -1,0 +1,318 @@
+//! What is measured of a workload.
+
+use crate::clock::{median_ms, repeated_ms, timed};
+use crate::office::{Dice, is_solid};
+use crate::{Scan, Workload};
+use frontier::Map as _;
+use serde_json::{Value, json};
+use std::path::Path;
+use voxmap::io::OcTree;
+use voxmap::{
+    Config, CostMap, CostMapParams, Esdf, EsdfParams, GrazingGuard, SensorModel, State,
+    UnknownPolicy, VoxelMap,
+};
+
+type Failure = Box<dyn std::error::Error>;
+
+fn blank(w: &Workload) -> Result<VoxelMap, voxmap::Error> {
+    VoxelMap::new(&Config {
+        cell_size: w.cell_size,
+        low: w.low,
+        high: w.high,
+        sensor: SensorModel::default(),
+    })
+}
+
+fn insert(
+    map: &mut VoxelMap,
+    scan: &Scan,
+    range: f64,
+    dedupe: bool,
+    guard: bool,
+) -> Result<(), voxmap::Error> {
+    map.insert(&voxmap::Scan {
+        origin: scan.origin,
+        hits: &scan.points,
+        max_range: range,
+        hit_depth: 0.0,
+        one_ray_per_end_voxel: dedupe,
+        grazing_guard: guard.then(GrazingGuard::default),
+        ..voxmap::Scan::default()
+    })
+    .map(|_| ())
+}
+
+/// Inserts everything into a fresh map: the map, and the median time of a scan, ms. With `each`, calls it after each scan.
+fn inserted(
+    w: &Workload,
+    dedupe: bool,
+    guard: bool,
+    mut each: impl FnMut(&mut VoxelMap),
+) -> Result<(VoxelMap, f64), voxmap::Error> {
+    let mut map = blank(w)?;
+    let mut times = Vec::new();
+    for scan in &w.scans {
+        let (done, time) = timed(|| insert(&mut map, scan, w.range, dedupe, guard));
+        done?;
+        times.push(time);
+        each(&mut map);
+    }
+    Ok((map, median_ms(&mut times)))
+}
+
+/// Shares of known cells with something solid that count as free, and of empty ones that count as occupied.
+fn errors(w: &Workload, map: &VoxelMap) -> Value {
+    let (mut solid, mut missed, mut empty, mut ghosts) = (0, 0, 0, 0);
+    for cell in cells(map) {
+        let state = map.state(cell);
+        if state == State::Unknown {
+            continue;
+        }
+        let low = map.center(cell).map(|v| v - 0.5 * map.cell_size());
+        if is_solid(&w.solids, low, map.cell_size()) {
+            solid += 1;
+            missed += usize::from(state == State::Free);
+        } else {
+            empty += 1;
+            ghosts += usize::from(state == State::Occupied);
+        }
+    }
+    json!({
+        "false_free": missed as f64 / f64::from(solid.max(1)),
+        "false_occupied": ghosts as f64 / f64::from(empty.max(1)),
+    })
+}
+
+fn cells(map: &VoxelMap) -> impl Iterator<Item = [i32; 3]> + use<> {
+    let b = map.bounds();
+    (b.low[2]..b.high[2]).flat_map(move |z| {
+        (b.low[1]..b.high[1]).flat_map(move |y| (b.low[0]..b.high[0]).map(move |x| [x, y, z]))
+    })
+}
+
+/// Size (3 x i32), then a byte a cell, x fastest: 0 where it is occupied, else 1.
+fn obstacles(map: &VoxelMap) -> Vec<u8> {
+    let size = map.size().map(|n| (n as i32).to_le_bytes());
+    let mut out = size.concat();
+    out.extend(cells(map).map(|cell| u8::from(!map.is_occupied(cell))));
+    out
+}
+
+/// Surface cells that turned from occupied to free, summed over all scans: each loses its inspection.
+fn flicker(w: &Workload, guard: bool) -> Result<usize, voxmap::Error> {
+    let mut lost = 0;
+    let mut before = blank(w)?;
+    before.take_changes();
+    let mut map = before.clone();
+    for scan in &w.scans {
+        insert(&mut map, scan, w.range, false, guard)?;
+        for cell in map.take_changes().cells() {
+            lost += usize::from(before.is_occupied(cell) && map.is_free(cell));
+            before.set_state(cell, map.state(cell));
+        }
+    }
+    Ok(lost)
+}
+
+/// Exploration frontier cells by words, whole map.
+fn detect(map: &VoxelMap) -> u32 {
+    let b = map.bounds();
+    let mut found = 0;
+    for z in b.low[2]..b.high[2] {
+        for y in b.low[1]..b.high[1] {
+            for x in (b.low[0]..b.high[0]).step_by(64) {
+                found += map.exploration_word([x, y, z]).count_ones();
+            }
+        }
+    }
+    found
+}
+
+/// Point queries, ns, and casts of up to 10 m from the scans' origins, us.
+fn queries(w: &Workload, map: &VoxelMap) -> Value {
+    let mut dice = Dice::new(3);
+    let points: Vec<[f64; 3]> = (0..100_000)
+        .map(|_| [0, 1, 2].map(|a| dice.between(w.low[a], w.high[a])))
+        .collect();
+    let point_ms = repeated_ms(5, || {
+        let occupied = |p: &&[f64; 3]| map.state(map.cell_at(**p)) == State::Occupied;
+        points.iter().filter(occupied).count()
+    });
+    let rays: Vec<([f64; 3], [f64; 3])> = (0..20_000)
+        .map(|k| {
+            let scan = &w.scans[k % w.scans.len()];
+            (scan.origin, [0, 1, 2].map(|_| dice.between(-1.0, 1.0)))
+        })
+        .collect();
+    let cast_ms = repeated_ms(3, || {
+        let hit =
+            |(o, d): &&([f64; 3], [f64; 3])| map.cast(*o, *d, 10.0, UnknownPolicy::Pass).occupied;
+        rays.iter().filter(hit).count()
+    });
+    let hits = rays
+        .iter()
+        .filter(|(o, d)| map.cast(*o, *d, 10.0, UnknownPolicy::Pass).occupied)
+        .count();
+    json!({
+        "point_query_ns": point_ms * 1e6 / points.len() as f64,
+        "cast_us": cast_ms * 1e3 / rays.len() as f64,
+        "cast_hit_share": hits as f64 / rays.len() as f64,
+    })
+}
+
+/// Distance field of the known obstacles: whole, and after k cells toggled in a box of 40 x 40 x 18.
+fn distances(map: &VoxelMap, truncation: f64) -> Result<Value, Failure> {
+    let params = EsdfParams {
+        truncation,
+        unknown_is_occupied: false,
+    };
+    let whole = repeated_ms(5, || Esdf::new(map, params.clone()));
+    let mut updates = serde_json::Map::new();
+    let mut map = map.clone();
+    let mut field = Esdf::new(&map, params.clone())?;
+    map.take_changes();
+    let mut dice = Dice::new(5);
+    let b = map.bounds();
+    for k in [10, 100, 1000, 5000] {
+        let mut times = Vec::new();
+        for _ in 0..7 {
+            let corner = [0, 1, 2].map(|a| b.low[a] + (b.high[a] - b.low[a]) / 3);
+            for _ in 0..k {
+                let cell = [
+                    corner[0] + dice.below(40) as i32,
+                    corner[1] + dice.below(40) as i32,
+                    (b.low[2] + dice.below(18) as i32).min(b.high[2] - 1),
+                ];
+                let free = map.is_occupied(cell);
+                map.set_state(cell, if free { State::Free } else { State::Occupied });
+            }
+            let changes = map.take_changes();
+            times.push(timed(|| field.update(&map, &changes)).1);
+        }
+        updates.insert(k.to_string(), json!(median_ms(&mut times) * 1e3));
+    }
+    let fresh = Esdf::new(&map, params)?;
+    let equal = cells(&map).all(|c| fresh.cell_distance(c) == field.cell_distance(c));
+    Ok(json!({ "whole_ms": whole, "update_us": updates, "update_equals_rebuild": equal }))
+}
+
+/// Frontiers of the finished map, and their upkeep over the scans.
+fn frontiers(w: &Workload) -> Result<Value, Failure> {
+    let mut clusters = frontier::Frontiers::new(frontier::Params::default())?;
+    let (mut detection, mut upkeep) = (Vec::new(), Vec::new());
+    let mut words = 0;
+    let (map, _) = inserted(w, false, false, |map| {
+        let changes = map.take_changes();
+        words += changes.words.len();
+        // Only the words beside changed ones.
+        let near = || {
+            let mut found = 0;
+            for word in &changes.words {
+                let [x, y, z] = word.cell;
+                for [dx, dy, dz] in [
+                    [0, 0, 0],
+                    [0, -1, 0],
+                    [0, 1, 0],
+                    [0, 0, -1],
+                    [0, 0, 1],
+                    [-64, 0, 0],
+                    [64, 0, 0],
+                ] {
+                    found += map.exploration_word([x + dx, y + dy, z + dz]).count_ones();
+                }
+            }
+            found
+        };
+        detection.push(timed(near).1);
+        let boxes: Vec<_> = changes.boxes.iter().map(|b| (b.low, b.high)).collect();
+        upkeep.push(timed(|| clusters.update(&*map, &boxes)).1);
+    })?;
+    let whole = repeated_ms(5, || detect(&map));
+    Ok(json!({
+        "cells": detect(&map),
+        "whole_us": whole * 1e3,
+        "changed_words_per_scan": words as f64 / w.scans.len() as f64,
+        "changed_words_us": median_ms(&mut detection) * 1e3,
+        "clusters_update_ms": median_ms(&mut upkeep),
+        "clusters": clusters.clusters().count(),
+    }))
+}
+
+/// All figures of a workload.
+pub fn scans(w: &Workload, dump: Option<&Path>) -> Result<Value, Failure> {
+    if w.scans.iter().all(|scan| scan.points.is_empty()) {
+        return Ok(json!({ "name": w.name, "scans": w.scans.len(), "points_per_scan": 0.0 }));
+    }
+    let (map, all) = inserted(w, false, false, |map| drop(map.take_changes()))?;
+    let (_, dedupe) = inserted(w, true, false, |map| drop(map.take_changes()))?;
+    let (guarded, guard) = inserted(w, false, true, |map| drop(map.take_changes()))?;
+    if let Some(folder) = dump {
+        std::fs::write(folder.join(format!("{}.occ", w.name)), obstacles(&map))?;
+    }
+    let counts = map.counts();
+    let points: usize = w.scans.iter().map(|s| s.points.len()).sum();
+    let cells = map.size().iter().product::<usize>();
+    let mut out = json!({
+        "name": w.name,
+        "cell_size": w.cell_size,
+        "max_range": w.range,
+        "scans": w.scans.len(),
+        "points_per_scan": points as f64 / w.scans.len() as f64,
+        "cells": cells,
+        "known": counts.known,
+        "occupied": counts.occupied,
+        "insert_all_ms": all,
+        "insert_dedupe_ms": dedupe,
+        "insert_guarded_ms": guard,
+        "memory_mib": map.memory() as f64 / f64::from(1 << 20),
+        "queries": queries(w, &map),
+        "esdf": distances(&map, (2.0f64).min(200.0 * w.cell_size))?,
+        "frontiers": frontiers(w)?,
+        "cost_map_ms": repeated_ms(5, || CostMap::project(&map, &CostMapParams::default())),
+    });
+    if !w.solids.is_empty() {
+        out["errors"] = errors(w, &map);
+        out["errors_guarded"] = errors(w, &guarded);
+        out["flicker"] = json!(flicker(w, false)?);
+        out["flicker_guarded"] = json!(flicker(w, true)?);
+    }
+    Ok(out)
+}
+
+/// Figures of an OctoMap file.
+pub fn octree(path: &Path) -> Result<Value, Failure> {
+    let bytes = std::fs::read(path)?;
+    let tree = OcTree::read_bt(&bytes)?;
+    let model = SensorModel::default();
+    let map = tree.to_map(&model, 1 << 28)?;
+    let counts = map.counts();
+    let mut dice = Dice::new(9);
+    let rays: Vec<([f64; 3], [f64; 3])> = (0..20_000)
+        .map(|_| {
+            let origin = [0, 1, 2].map(|a| {
+                let low = map.low()[a];
+                dice.between(low, low + map.size()[a] as f64 * map.cell_size())
+            });
+            (origin, [0, 1, 2].map(|_| dice.between(-1.0, 1.0)))
+        })
+        .collect();
+    let casts = repeated_ms(3, || {
+        let hit =
+            |(o, d): &&([f64; 3], [f64; 3])| map.cast(*o, *d, 10.0, UnknownPolicy::Pass).occupied;
+        rays.iter().filter(hit).count()
+    });
+    Ok(json!({
+        "name": path.file_stem().unwrap_or_default().to_string_lossy(),
+        "cell_size": map.cell_size(),
+        "cells": map.size().iter().product::<usize>(),
+        "occupied": counts.occupied,
+        "free": counts.free,
+        "read_ms": repeated_ms(3, || OcTree::read_bt(&bytes)),
+        "to_map_ms": repeated_ms(3, || tree.to_map(&model, 1 << 28)),
+        "write_ms": repeated_ms(3, || tree.write_bt()),
+        "memory_mib": map.memory() as f64 / f64::from(1 << 20),
+        "cast_us": casts * 1e3 / rays.len() as f64,
+        "esdf": distances(&map, 2.0)?,
+        "frontier_whole_us": repeated_ms(5, || detect(&map)) * 1e3,
+    }))
+}
