@@ -90,22 +90,13 @@ impl CostMatrix {
         Ok(self)
     }
 
-    /// The costs out of a node.
-    pub(crate) fn row(&self, from: usize) -> &[f64] {
-        &self.values[from * self.len..(from + 1) * self.len]
-    }
-
-    /// Sets one cost.
-    pub(crate) fn set(&mut self, from: usize, to: usize, cost: f64) {
-        self.values[from * self.len + to] = cost;
-    }
-
-    /// A matrix of zeros.
-    pub(crate) fn zeros(len: usize) -> Self {
-        Self {
-            len,
-            values: vec![0.0; len * len],
+    /// Takes `len * len` finite values, row by row.
+    #[cfg(feature = "tsplib")]
+    pub(crate) fn from_finite(len: usize, mut values: Vec<f64>) -> Self {
+        for i in 0..len {
+            values[i * len + i] = 0.0;
         }
+        Self { len, values }
     }
 
     /// Sum of the arcs along an order, in order.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::two_level::Place;
+
 /// Why there is no order.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -25,6 +27,15 @@ pub enum Error {
         to: usize,
         /// The cost.
         cost: f64,
+    },
+    /// A time between two places of a decision is negative or NaN.
+    BadTime {
+        /// Where from.
+        from: Place,
+        /// Where to.
+        to: Place,
+        /// The time, s.
+        seconds: f64,
     },
     /// A node index is not below the number of nodes.
     OutOfRange {
@@ -53,6 +64,10 @@ impl fmt::Display for Error {
             Self::BadCost { from, to, cost } => write!(
                 f,
                 "cost from {from} to {to} is {cost}; costs are finite, or +infinity for a forbidden arc"
+            ),
+            Self::BadTime { from, to, seconds } => write!(
+                f,
+                "{seconds} s from {from:?} to {to:?}; times are zero or more, or +infinity where there is no way"
             ),
             Self::OutOfRange { what, index, len } => {
                 write!(f, "{what} = {index} must be below {len}")

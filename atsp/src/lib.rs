@@ -22,17 +22,28 @@
 //! # Ok::<(), atsp::Error>(())
 //! ```
 
+mod arborescence;
+mod ascent;
 mod assignment;
+mod branch;
+mod candidates;
+mod closed;
 mod cost;
 mod error;
 mod exact;
-mod local;
-mod reduction;
+mod pace;
+mod problem;
 mod rng;
-mod solve;
+mod search;
+mod solver;
+mod start;
+mod tour;
+#[cfg(feature = "tsplib")]
+pub mod tsplib;
 mod two_level;
 
 pub use cost::{CostMatrix, CostModel, FromFn};
 pub use error::Error;
-pub use solve::{Params, Problem, Solution, solve, solve_from};
-pub use two_level::{Choice, Decision, Place, two_level};
+pub use problem::{Params, Problem, Proof, Solution, Watch};
+pub use solver::{Solver, solve, solve_from};
+pub use two_level::{Choice, Decision, Place, two_level, two_level_from};

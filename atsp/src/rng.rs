@@ -1,5 +1,6 @@
 //! A small generator (splitmix64), so that equal seeds give equal tours on every platform.
 
+#[derive(Debug)]
 pub(crate) struct Rng(u64);
 
 impl Rng {
@@ -16,6 +17,7 @@ impl Rng {
     }
 
     /// Uniform below `n`, which must not be zero.
+    #[inline]
     pub(crate) fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.next()) * n as u128) >> 64) as usize
     }

@@ -1,8 +1,11 @@
 //! The dual-stage decision: HEATS, Algorithm 1, on indices and costs alone.
 
+use std::cell::Cell;
+
 use crate::cost::FromFn;
 use crate::error::Error;
-use crate::solve::{Params, Problem, solve};
+use crate::problem::{Params, Problem};
+use crate::solver::Solver;
 
 /// A place whose costs the decision asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,10 +57,26 @@ pub struct Choice {
 /// Returns `None` when no candidate is reachable.
 ///
 /// # Errors
-/// [`Error::OutOfRange`] for a region index that is no region, [`Error::BadCost`] for a cost that is NaN.
+/// [`Error::OutOfRange`] for a region index that is no region, [`Error::BadTime`] for a time that is NaN or negative.
 pub fn two_level(
     decision: &Decision<'_>,
     seconds: impl Fn(Place, Place) -> f64,
+    params: &Params,
+) -> Result<Option<Choice>, Error> {
+    two_level_from(&mut Solver::new(), decision, seconds, &[], params)
+}
+
+/// [`two_level`] with a solver that keeps its memory, and from an earlier order of candidates, such as the last
+/// [`Choice::viewpoint_order`] in today's numbers: those no longer in the current region are passed over, new ones put
+/// where they cost least, and the search goes on from there.
+///
+/// # Errors
+/// As [`two_level`].
+pub fn two_level_from(
+    solver: &mut Solver,
+    decision: &Decision<'_>,
+    seconds: impl Fn(Place, Place) -> f64,
+    earlier: &[usize],
     params: &Params,
 ) -> Result<Option<Choice>, Error> {
     let Decision {
@@ -80,17 +99,48 @@ pub fn two_level(
     for &region in region_of {
         in_range("region of a candidate", region)?;
     }
+    // The first bad time is remembered and, while the decision is made on, counts as unreachable.
+    let bad = Cell::new(None);
+    let checked = |from: Place, to: Place| {
+        let time = seconds(from, to);
+        if time >= 0.0 {
+            return time;
+        }
+        if bad.get().is_none() {
+            bad.set(Some((from, to, time)));
+        }
+        f64::INFINITY
+    };
+    let choice = decide(solver, decision, &checked, earlier, params);
+    match bad.get() {
+        Some((from, to, seconds)) => Err(Error::BadTime { from, to, seconds }),
+        None => choice,
+    }
+}
+
+fn decide(
+    solver: &mut Solver,
+    decision: &Decision<'_>,
+    seconds: &impl Fn(Place, Place) -> f64,
+    earlier: &[usize],
+    params: &Params,
+) -> Result<Option<Choice>, Error> {
+    let Decision {
+        current,
+        regions,
+        region_of,
+    } = *decision;
     // Lines 1-2: the region tour.
     let mut tour = vec![current];
     tour.extend((0..regions).filter(|&r| r != current && region_of.contains(&r)));
     let costs = FromFn::new(tour.len(), |a, b| {
         seconds(Place::Region(tour[a]), Place::Region(tour[b]))
     });
-    let region_order: Vec<usize> = match solve(&costs, Problem::Open { start: 0 }, params) {
+    let region_order: Vec<usize> = match solver.solve(&costs, Problem::Open { start: 0 }, params) {
         Ok(solution) => solution.order.iter().map(|&i| tour[i]).collect(),
         // Some region cannot be reached: go by distance from the current one.
         Err(Error::Infeasible | Error::NotFound | Error::Overflow) => {
-            by_distance(current, &tour, &seconds)
+            by_distance(current, &tour, seconds)
         }
         Err(error) => return Err(error),
     };
@@ -103,7 +153,7 @@ pub fn two_level(
         .collect();
     if !near.is_empty() {
         // Line 13: robot, all of C_n, centre of R_t.
-        let viewpoint_order = path(&near, target_region, &seconds, params)?;
+        let viewpoint_order = path(solver, &near, target_region, seconds, earlier, params)?;
         return Ok(Some(Choice {
             candidate: viewpoint_order[0],
             target_region,
@@ -152,9 +202,11 @@ fn by_distance(
 
 /// The ViewpointDecider: robot first, all of `near`, then the centre of the target region.
 fn path(
+    solver: &mut Solver,
     near: &[usize],
     target_region: Option<usize>,
     seconds: &impl Fn(Place, Place) -> f64,
+    earlier: &[usize],
     params: &Params,
 ) -> Result<Vec<usize>, Error> {
     let places: Vec<Place> = std::iter::once(Place::Robot)
@@ -171,7 +223,11 @@ fn path(
         Some(_) => Problem::Path { start: 0, end },
         None => Problem::Open { start: 0 },
     };
-    match solve(&costs, problem, params) {
+    let hint: Vec<usize> = earlier
+        .iter()
+        .filter_map(|c| near.iter().position(|n| n == c).map(|i| i + 1))
+        .collect();
+    match solver.solve_from(&costs, problem, &hint, params) {
         Ok(solution) => Ok(solution
             .order
             .iter()

@@ -2,7 +2,8 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use atsp::{
-    CostMatrix, CostModel, Decision, FromFn, Params, Place, Problem, solve, solve_from, two_level,
+    CostMatrix, CostModel, Decision, FromFn, Params, Place, Problem, Proof, Solver, solve,
+    solve_from, two_level,
 };
 use proptest::prelude::*;
 
@@ -42,6 +43,34 @@ fn cost_of(costs: &CostMatrix, problem: Problem, order: &[usize]) -> f64 {
     costs.along(order) + back
 }
 
+/// A path from the first to the last node along a hint: strangers and repetitions dropped, what lacks put where it costs
+/// least, lowest first.
+fn repaired(costs: &CostMatrix, hint: &[usize]) -> Vec<usize> {
+    let n = costs.len();
+    let mut order = vec![0];
+    for &node in hint {
+        if (1..n - 1).contains(&node) && !order.contains(&node) {
+            order.push(node);
+        }
+    }
+    order.push(n - 1);
+    for node in 1..n - 1 {
+        if !order.contains(&node) {
+            let at = (1..order.len())
+                .min_by(|&a, &b| {
+                    let extra = |i: usize| {
+                        costs.cost(order[i - 1], node) + costs.cost(node, order[i])
+                            - costs.cost(order[i - 1], order[i])
+                    };
+                    extra(a).total_cmp(&extra(b))
+                })
+                .unwrap();
+            order.insert(at, node);
+        }
+    }
+    order
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
@@ -68,6 +97,73 @@ proptest! {
             prop_assert!(found.lower_bound.unwrap() <= found.cost);
             prop_assert_eq!(&solve(&costs, problem, &params).unwrap(), &found);
         }
+    }
+
+    /// A closed tour costs the same read from any node, and relabelled sets have the same optimum.
+    #[test]
+    fn labels_do_not_matter(costs in matrices(3..13, 15), keys in prop::collection::vec(0..1000u32, 13)) {
+        let n = costs.len();
+        let mut label: Vec<usize> = (0..n).collect();
+        label.sort_by_key(|&i| keys[i]);
+        let moved = FromFn::new(n, |a, b| costs.cost(label[a], label[b]));
+        let p = Params::default();
+        match (solve(&costs, Problem::Closed, &p), solve(&moved, Problem::Closed, &p)) {
+            (Ok(a), Ok(b)) => {
+                prop_assert!((a.cost - b.cost).abs() < 1e-9);
+                for turn in 0..n {
+                    let mut order = a.order.clone();
+                    order.rotate_left(turn);
+                    prop_assert!((cost_of(&costs, Problem::Closed, &order) - a.cost).abs() < 1e-9);
+                }
+            }
+            (a, b) => prop_assert_eq!(a.err(), b.err()),
+        }
+    }
+
+    /// A solver that has worked before answers as a new one does.
+    #[test]
+    fn reuse_leaves_no_trace(
+        first in matrices(1..40, 20),
+        second in matrices(1..40, 20),
+        form in 0..3u32,
+        s in 0..40usize,
+        e in 0..40usize,
+    ) {
+        let params = Params { kicks: 60, proof: Proof::Effort { steps: 20, branches: 20 }, ..Params::default() };
+        let mut used = Solver::new();
+        let _ = used.solve(&first, problem(first.len(), form, s, e), &params);
+        let form = problem(second.len(), form, e, s);
+        prop_assert_eq!(used.solve(&second, form, &params), solve(&second, form, &params));
+    }
+
+    /// Costs times a power of two give the same order, bound and effort.
+    #[test]
+    fn scale_does_not_matter(costs in matrices(3..30, 10), power in -40..40i32) {
+        let factor = 2f64.powi(power);
+        let scaled = FromFn::new(costs.len(), |a, b| costs.cost(a, b) * factor);
+        let p = Params { kicks: 80, ..Params::default() };
+        match (solve(&costs, Problem::Closed, &p), solve(&scaled, Problem::Closed, &p)) {
+            (Ok(a), Ok(b)) => {
+                prop_assert_eq!(&a.order, &b.order);
+                prop_assert_eq!(a.cost * factor, b.cost);
+                prop_assert_eq!(a.lower_bound.map(|l| l * factor), b.lower_bound);
+                prop_assert_eq!((a.kicks, a.optimal), (b.kicks, b.optimal));
+            }
+            (a, b) => prop_assert_eq!(a.err(), b.err()),
+        }
+    }
+
+    /// Stopped after any number of questions, the answer is whole, and never worse than its repaired hint.
+    #[test]
+    fn stopped_at_any_time(costs in matrices(9..40, 0), hint in prop::collection::vec(0..60usize, 0..50), after in 0..12u32) {
+        let n = costs.len();
+        let mut asked = 0;
+        let mut stop = || { asked += 1; asked > after };
+        let problem = Problem::Path { start: 0, end: n - 1 };
+        let params = Params { kicks: 100_000, ..Params::default() };
+        let found = Solver::new().solve_watched(&costs, problem, &hint, &params, &mut stop).unwrap();
+        prop_assert_eq!(found.cost, cost_of(&costs, problem, &found.order));
+        prop_assert!(found.cost <= cost_of(&costs, problem, &repaired(&costs, &hint)) + 1e-9);
     }
 
     /// The search never ends above its repaired hint, and more kicks never cost more.
