@@ -9,6 +9,8 @@ pub(crate) struct Body {
     /// Circle centres in the base frame and the clearance each needs, m.
     circles: Vec<([f64; 2], f64)>,
     outline: Vec<[f64; 2]>,
+    /// Circles that cover the outline: much cheaper to test, and often enough.
+    cover: Vec<([f64; 2], f64)>,
     /// Radius of the largest disc about the origin inside the footprint, margin included, m.
     pub(crate) inscribed: f64,
     /// Radius of the smallest disc about the origin that holds the footprint, margin included, m.
@@ -107,6 +109,7 @@ impl Body {
             margin,
             leave: 0.0,
             shrink: shrinkable(&outline),
+            cover: cover(&outline),
             outline,
         })
     }
@@ -209,6 +212,17 @@ impl Body {
             ]
         };
         if !self.outline.is_empty() {
+            let mut least = f64::INFINITY;
+            for &(o, need) in &self.cover {
+                least = least.min(map.clearance(place(o)) - need);
+                // NaN is not free, either.
+                if least.is_nan() || least < 0.0 {
+                    break;
+                }
+            }
+            if least >= 0.0 && least.is_finite() {
+                return least;
+            }
             let mut corners = [[0.0; 2]; 16];
             for (to, from) in corners.iter_mut().zip(&self.outline) {
                 *to = place(*from);
@@ -253,6 +267,10 @@ impl Body {
         } else {
             f64::INFINITY
         };
+        // Most motions that collide do so at their end.
+        if missing <= 0.0 && self.room(map, step.pose_at(from, extent)) < 0.0 {
+            return None;
+        }
         let mut room = if missing > 0.0 {
             0.0
         } else {
@@ -318,6 +336,53 @@ impl Body {
         }
         true
     }
+}
+
+/// Circles that together cover a convex polygon: it is cut into slabs across its longer side, one circle for each.
+fn cover(corners: &[[f64; 2]]) -> Vec<([f64; 2], f64)> {
+    const SLABS: usize = 6;
+    if corners.is_empty() {
+        return Vec::new();
+    }
+    let span = |axis: usize| {
+        let values = corners.iter().map(|c| c[axis]);
+        let low = values.clone().fold(f64::INFINITY, f64::min);
+        (low, values.fold(f64::NEG_INFINITY, f64::max))
+    };
+    let spans = [span(0), span(1)];
+    let long = usize::from(spans[1].1 - spans[1].0 > spans[0].1 - spans[0].0);
+    let (low, high) = spans[long];
+    let slabs = (0..SLABS).filter_map(|k| {
+        let at = |k: usize| low + (high - low) * k as f64 / SLABS as f64;
+        let part = clipped(&clipped(corners, long, at(k), 1.0), long, at(k + 1), -1.0);
+        let mut middle = [0.0; 2];
+        for axis in 0..2 {
+            let values = part.iter().map(|c| c[axis]);
+            let low = values.clone().fold(f64::INFINITY, f64::min);
+            middle[axis] = 0.5 * (low + values.fold(f64::NEG_INFINITY, f64::max));
+        }
+        let far = |c: &[f64; 2]| (c[0] - middle[0]).hypot(c[1] - middle[1]);
+        let radius = part.iter().map(far).fold(0.0, f64::max);
+        (!part.is_empty()).then_some((middle, radius))
+    });
+    slabs.collect()
+}
+
+/// The part of a convex polygon on one side of a line across an axis.
+fn clipped(corners: &[[f64; 2]], axis: usize, at: f64, side: f64) -> Vec<[f64; 2]> {
+    let mut out = Vec::new();
+    for (i, &a) in corners.iter().enumerate() {
+        let b = corners[(i + 1) % corners.len()];
+        let (da, db) = (side * (a[axis] - at), side * (b[axis] - at));
+        if da >= 0.0 {
+            out.push(a);
+        }
+        if da * db < 0.0 {
+            let f = da / (da - db);
+            out.push([a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1])]);
+        }
+    }
+    out
 }
 
 /// A point of the base frame in the world.

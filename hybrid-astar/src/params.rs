@@ -68,6 +68,43 @@ pub(crate) fn rest_to_rest(extent: f64, v: f64, a: f64) -> f64 {
     }
 }
 
+/// How the base moves.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum Drive {
+    /// Drives, reverses and turns in place.
+    #[default]
+    Differential,
+    /// A car that can reverse: curves no tighter than `radius` m, no turns in place.
+    ReedsShepp {
+        /// Smallest radius of a curve, m.
+        radius: f64,
+    },
+    /// A car that only drives forwards.
+    Dubins {
+        /// Smallest radius of a curve, m.
+        radius: f64,
+    },
+}
+
+impl Drive {
+    /// Smallest radius of a curve, m; `None` if the base turns in place.
+    pub fn radius(&self) -> Option<f64> {
+        match self {
+            Self::Differential => None,
+            Self::ReedsShepp { radius } | Self::Dubins { radius } => Some(*radius),
+        }
+    }
+
+    pub(crate) fn allows(&self, m: &crate::moves::Move) -> bool {
+        use crate::Motion;
+        let Some(radius) = self.radius() else {
+            return true;
+        };
+        let backwards = m.motion == Motion::Reverse && matches!(self, Self::Dubins { .. });
+        m.motion != Motion::Turn && !backwards && m.curvature.abs() * radius <= 1.0 + 1e-9
+    }
+}
+
 /// Which headings will do at the goal.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub enum GoalYaw {
@@ -156,6 +193,8 @@ impl GoalYaw {
 pub struct Params {
     /// Limits that give every motion its price in seconds.
     pub limits: Limits,
+    /// What the base can do.
+    pub drive: Drive,
     /// Side of a lattice cell, m.
     pub cell_size: f64,
     /// Number of headings of the lattice, 8 to 120.
@@ -174,7 +213,7 @@ pub struct Params {
     pub clearance_weight: f64,
     /// Distance beyond the inscribed radius at which clearance stops to matter, m.
     pub comfort: f64,
-    /// Factor on the distance to go; 1 searches widest, more finds a path sooner.
+    /// Factor on the distance to go; 1 searches widest, more finds a path sooner. It grows as a search goes on.
     pub greed: f64,
     /// How far the start may be in violation of radius + margin, m; leaving it must not make it worse.
     pub start_tolerance: f64,
@@ -190,6 +229,7 @@ impl Default for Params {
     fn default() -> Self {
         Self {
             limits: Limits::default(),
+            drive: Drive::Differential,
             cell_size: 0.1,
             headings: 36,
             margin: 0.02,
@@ -212,6 +252,9 @@ impl Params {
     /// Checks every field once, so that the planner itself can assume good values.
     pub fn validate(&self) -> Result<(), Error> {
         self.limits.validate()?;
+        if let Some(radius) = self.drive.radius() {
+            positive("drive.radius", radius)?;
+        }
         positive("cell_size", self.cell_size)?;
         positive("check_step", self.check_step)?;
         if !(8..=120).contains(&self.headings) {

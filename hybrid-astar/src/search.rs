@@ -2,6 +2,7 @@
 
 use crate::body::{Body, SWING};
 use crate::moves::{Motion, Move};
+use crate::outlook::Outlook;
 use crate::price::Price;
 use crate::steer::{self, Way};
 use crate::table::Table;
@@ -39,6 +40,8 @@ pub(crate) struct Found {
 struct Node {
     pose: [f64; 3],
     g: f32,
+    /// Estimate of what is left, s.
+    h: f32,
     missing: f32,
     parent: u32,
     /// Heading of the lattice; for a way to the goal, its number.
@@ -73,21 +76,34 @@ impl Ord for Entry {
     }
 }
 
-/// The lattice's moves: forward and backward, straight and along two curvatures to each side, and single turns.
-pub(crate) fn primitives(params: &Params) -> Vec<(Move, i32)> {
-    let unit = TAU / params.headings as f64;
-    let step = 2.0 * params.cell_size;
+/// The lattice's moves: forward and backward, straight and along two curvatures to each side, and single turns; of
+/// them those that the base can do.
+fn primitives(params: &Params, split: usize) -> Vec<Move> {
+    let unit = TAU / (split * params.headings) as f64;
+    let cell = params.cell_size / split as f64;
     let mut list = Vec::new();
-    for motion in [Motion::Forward, Motion::Reverse] {
-        for bins in [0, 1, -1, 2, -2] {
-            list.push((
-                Move::drive(motion, step, f64::from(bins) * unit / step),
-                bins,
-            ));
+    match params.drive.radius() {
+        None => {
+            let step = 2.0 * cell;
+            for motion in [Motion::Forward, Motion::Reverse] {
+                for bins in [0.0, 1.0, -1.0, 2.0, -2.0] {
+                    list.push(Move::drive(motion, step, bins * unit / step));
+                }
+            }
+            list.push(Move::turn(unit));
+            list.push(Move::turn(-unit));
+        }
+        Some(radius) => {
+            // The tightest curve must lead to another heading of the lattice.
+            let step = (2.0 * cell).max(1.05 * unit * radius);
+            for motion in [Motion::Forward, Motion::Reverse] {
+                for bend in [0.0, 1.0, -1.0, 0.5, -0.5] {
+                    list.push(Move::drive(motion, step, bend / radius));
+                }
+            }
         }
     }
-    list.push((Move::turn(unit), 1));
-    list.push((Move::turn(-unit), -1));
+    list.retain(|m| params.drive.allows(m));
     list
 }
 
@@ -98,20 +114,85 @@ fn gentle(params: &Params, body: &Body) -> Vec<Move> {
     let unit = TAU / params.headings as f64;
     let step = 6.0 * params.cell_size;
     let tail = body.circumscribed;
-    let curvature = (unit / step).min(1.5 * SWING / (tail * tail));
+    let tightest = params.drive.radius().map_or(f64::INFINITY, |r| 1.0 / r);
+    let curvature = (unit / step).min(1.5 * SWING / (tail * tail)).min(tightest);
     let mut list = Vec::new();
     for motion in [Motion::Forward, Motion::Reverse] {
         for side in [1.0, -1.0] {
             list.push(Move::drive(motion, step, side * curvature));
         }
     }
+    list.retain(|m| params.drive.allows(m));
     list
 }
 
+/// Expansions after which the search becomes greedier; then again after twice as many, and so on. Most searches end
+/// before; of the rest it bounds the tail.
+const PATIENCE: usize = 1500;
+/// How much greedier each time.
+const GREEDIER: f64 = 1.5;
+/// After a way to the goal is known, the search goes on for this many expansions and a quarter of those so far: a
+/// short way is worth a look at its alternatives.
+const REFINE: usize = 48;
+
+/// Expansions on the given lattice, and then on one twice as fine, before something else is tried: a passage hardly
+/// wider than the footprint asks for the right place to a centimetre.
+const SHARES: [usize; 2] = [3000, 6000];
+/// Ways round that are tried when the wave leads where the footprint does not fit.
+const DETOURS: usize = 5;
+/// Length of the wave's way ahead of the nearest pose that becomes dear, m, and the width to each side.
+const DEAR: (f64, f64) = (1.0, 0.3);
+/// How dear.
+const DEARER: f32 = 6.0;
+
+/// Searches the given lattice, then a finer one; then both again where the wave is kept away from the places at which
+/// they got no further; at last the finer one with all that is left.
 pub(crate) fn search<M: Map>(
     task: &Task<'_, M>,
     raster: &mut Raster,
     wave: &mut Wave,
+    budget: usize,
+    stop: &mut dyn FnMut() -> bool,
+) -> Found {
+    let mut spent = 0;
+    let mut dear: Option<(Raster, Wave)> = None;
+    let mut last = None;
+    for _ in 0..=DETOURS {
+        for (split, share) in [(1, SHARES[0]), (2, SHARES[1])] {
+            let (r, w) = match &mut dear {
+                Some((r, w)) => (r, w),
+                None => (&mut *raster, &mut *wave),
+            };
+            let mut found = attempt(task, r, w, split, share.min(budget - spent), stop);
+            let hopeless = found.exhausted && (found.expansions == 0 || split == 2);
+            spent += found.expansions;
+            found.expansions = spent;
+            if found.moves.is_some() || found.stopped || hopeless || spent >= budget {
+                return found;
+            }
+            last = Some(found.nearest);
+        }
+        let (r, w) = dear.get_or_insert_with(|| (raster.clone(), wave.clone()));
+        if let Some(at) = last.and_then(|p| r.index([p[0], p[1]])) {
+            let map = task.map;
+            w.settle(&mut Lazy { raster: r, map }, at);
+            let way = w.descend(r, at);
+            r.make_dear(map, &way, DEAR, DEARER);
+        }
+        let reach = 2.0 * task.params.cell_size;
+        let map = task.map;
+        *w = Wave::new(&mut Lazy { raster: r, map }, task.goal, reach, false);
+    }
+    let mut found = attempt(task, raster, wave, 2, budget - spent, stop);
+    found.expansions += spent;
+    found
+}
+
+fn attempt<M: Map>(
+    task: &Task<'_, M>,
+    raster: &mut Raster,
+    wave: &mut Wave,
+    split: usize,
     budget: usize,
     stop: &mut dyn FnMut() -> bool,
 ) -> Found {
@@ -123,37 +204,23 @@ pub(crate) fn search<M: Map>(
         start,
         ..
     } = *task;
-    let bins = params.headings as i32;
-    let mut prims = primitives(params);
+    let bins = (split * params.headings) as i32;
+    let mut prims = primitives(params, split);
     let usual = prims.len();
-    prims.extend(gentle(params, body).into_iter().map(|m| (m, 0)));
+    prims.extend(gentle(params, body));
     let unit = TAU / f64::from(bins);
     // While room is missing, headings that the gentle curves tell apart are different states.
-    let fine = prims[usual].0.heading_change().abs();
-    let steady: Vec<f64> = prims.iter().map(|(m, _)| price.steady(m)).collect();
+    let fine = prims[usual].heading_change().abs();
+    let steady: Vec<f64> = prims.iter().map(|m| price.steady(m)).collect();
     let pace = 1.0 / price.limits.v;
-    let greed = params.greed;
+    let mut greed = params.greed;
+    let mut patience = PATIENCE;
     let mut nodes: Vec<Node> = Vec::new();
     let mut ways: Vec<Way> = Vec::new();
     let mut table = Table::new();
     let mut open = BinaryHeap::new();
-    let mut to_go = |p: [f64; 3], missing: f64, raster: &mut Raster| -> f64 {
-        let Some(at) = raster.index([p[0], p[1]]) else {
-            return f64::INFINITY;
-        };
-        let d = f64::from(wave.settle(&mut Lazy { raster, map }, at));
-        if d.is_finite() || missing <= 0.0 {
-            return d * pace;
-        }
-        // Where the robot is too close to an obstacle the wave may not come: take the nearest cell it reaches.
-        let around = raster.within([p[0], p[1]], missing + 3.0 * params.cell_size);
-        let mut best = f64::INFINITY;
-        for (at, gap) in around {
-            best = best.min(f64::from(wave.settle(&mut Lazy { raster, map }, at)) + gap);
-        }
-        best * pace
-    };
-    let h0 = to_go(start, task.missing.max(1e-9), raster);
+    let mut outlook = Outlook::new(task, raster);
+    let (h0, _) = outlook.seconds(start, task.missing.max(1e-9), raster, wave);
     let mut found = Found {
         moves: None,
         expansions: 0,
@@ -169,6 +236,7 @@ pub(crate) fn search<M: Map>(
     nodes.push(Node {
         pose: start,
         g: 0.0,
+        h: h0 as f32,
         missing: task.missing as f32,
         parent: 0,
         bin: 0,
@@ -178,20 +246,25 @@ pub(crate) fn search<M: Map>(
         f: (greed * h0) as f32,
         node: 0,
     });
+    // Cost of the best way to the goal, its node, and when to be content with it.
     let mut best_goal = f64::INFINITY;
-    let motion_of = |by: u8| {
-        if by < GOAL {
-            Some(prims[by as usize].0.motion)
-        } else {
-            None
-        }
-    };
-    let key = |at: usize, bin: i32, motion: Motion, missing: f64, yaw: f64| {
+    let (mut best_node, mut finish) = (0, usize::MAX);
+    let mut since_shot = usize::MAX;
+    let motion_of = |by: u8| (by < GOAL).then(|| prims[by as usize].motion);
+    // Where starting and stopping cost nothing, the motion that led to a state does not matter.
+    let charges = [Motion::Forward, Motion::Turn].map(|m| price.begin(m));
+    let dear = charges[0].max(charges[1]);
+    let (low, part) = (raster.low, split as f64 / raster.cell);
+    let key = |at: usize, bin: i32, motion: Motion, missing: f64, p: [f64; 3]| {
+        let motion = if dear > 1e-9 { motion as u64 } else { 0 };
+        // Which part of the cell, on a finer lattice.
+        let side = |axis: usize| ((p[axis] - low[axis]) * part) as usize % split;
+        let at = (at * split + side(0)) * split + side(1);
         if missing > 0.0 {
-            let bin = ((yaw - start[2]) / fine).round().rem_euclid(4096.0);
-            (1 << 62) | ((at as u64 * 4096 + bin as u64) * 3 + motion as u64)
+            let bin = ((p[2] - start[2]) / fine).round().rem_euclid(4096.0);
+            (1 << 62) | ((at as u64 * 4096 + bin as u64) * 3 + motion)
         } else {
-            (at as u64 * bins as u64 + bin as u64) * 3 + motion as u64
+            (at as u64 * bins as u64 + bin as u64) * 3 + motion
         }
     };
 
@@ -204,56 +277,79 @@ pub(crate) fn search<M: Map>(
             here.bin as i32,
             here.by,
         );
-        if by == GOAL {
-            found.moves = Some(trace(&nodes, &ways, &prims, index));
+        if by == GOAL || found.expansions >= finish {
+            found.moves = Some(trace(&nodes, &ways, &prims, best_node));
             return found;
         }
         let motion = motion_of(by);
         if let (Some(motion), Some(at)) = (motion, raster.index([pose[0], pose[1]]))
-            && table.get(key(at, bin, motion, missing, pose[2])) != Some(index)
+            && table.get(key(at, bin, motion, missing, pose)) != Some(index)
         {
             continue;
         }
-        if found.expansions >= budget {
-            return found;
-        }
-        if found.expansions % 256 == 255 && stop() {
-            found.stopped = true;
+        let out_of_budget = found.expansions >= budget;
+        if out_of_budget || found.expansions % 256 == 255 && stop() {
+            found.stopped = !out_of_budget;
+            // What is known by then is an answer, too.
+            if best_goal.is_finite() {
+                found.moves = Some(trace(&nodes, &ways, &prims, best_node));
+            }
             return found;
         }
         found.expansions += 1;
-        let h = to_go(pose, missing, raster);
+        if found.expansions >= patience {
+            patience *= 2;
+            greed *= GREEDIER;
+            let list: Vec<Entry> = open.into_vec();
+            let again = list.into_iter().map(|e| {
+                let n = &nodes[e.node as usize];
+                Entry {
+                    f: (f64::from(n.g) + greed * f64::from(n.h)) as f32,
+                    node: e.node,
+                }
+            });
+            open = again.collect();
+        }
+        let (h, low) = outlook.seconds(pose, missing, raster, wave);
         if h < nearest_h {
             nearest_h = h;
             found.nearest = pose;
         }
-        // A straight shot is worth a try when the wave goes about straight, too.
+        // A straight shot is worth a try when the wave goes about straight, too; far away not from every node.
         let straight = (task.goal[0] - pose[0]).hypot(task.goal[1] - pose[1]);
-        if h <= (straight * (1.0 + params.clearance_weight) * 1.1 + 0.3) * pace
-            && let Some((way, cost)) = shot(task, pose, motion, missing, best_goal - g)
+        since_shot = since_shot.saturating_add(1);
+        if since_shot as f64 > 3.0 + 4.0 * straight
+            && low <= (straight * (1.0 + params.clearance_weight) * 1.1 + 0.3) * pace
         {
-            best_goal = g + cost;
-            ways.push(way);
-            let node = nodes.len() as u32;
-            nodes.push(Node {
-                pose,
-                g: best_goal as f32,
-                missing: 0.0,
-                parent: index,
-                bin: ways.len() as u32 - 1,
-                by: GOAL,
-            });
-            open.push(Entry {
-                f: best_goal as f32,
-                node,
-            });
+            since_shot = 0;
+            if let Some((way, cost)) = shot(task, pose, motion, missing, best_goal - g) {
+                best_goal = g + cost;
+                ways.push(way);
+                best_node = nodes.len() as u32;
+                if finish == usize::MAX {
+                    finish = found.expansions + REFINE + found.expansions / 4;
+                }
+                nodes.push(Node {
+                    pose,
+                    g: best_goal as f32,
+                    h: 0.0,
+                    missing: 0.0,
+                    parent: index,
+                    bin: ways.len() as u32 - 1,
+                    by: GOAL,
+                });
+                open.push(Entry {
+                    f: best_goal as f32,
+                    node: best_node,
+                });
+            }
         }
         let count = if missing > 0.0 { prims.len() } else { usual };
-        for (k, (step, turn)) in prims[..count].iter().enumerate() {
-            // Turning back and forth, or reversing at once, gains nothing.
+        for (k, step) in prims[..count].iter().enumerate() {
+            // Turning back and forth gains nothing.
             if step.motion == Motion::Turn && by < GOAL {
-                let (before, turned) = &prims[by as usize];
-                if before.motion == Motion::Turn && *turned != *turn {
+                let before = &prims[by as usize];
+                if before.motion == Motion::Turn && before.amount * step.amount < 0.0 {
                     continue;
                 }
             }
@@ -266,37 +362,47 @@ pub(crate) fn search<M: Map>(
             let Some(at) = raster.index([end[0], end[1]]) else {
                 continue;
             };
-            let next_bin = if k < usual {
-                bin + turn
-            } else {
-                ((end[2] - start[2]) / unit).round() as i32
-            };
-            let next_bin = next_bin.rem_euclid(bins);
+            let next_bin = (((end[2] - start[2]) / unit).round() as i32).rem_euclid(bins);
             let cost = g + charge + steady[k];
-            let mut next_key = key(at, next_bin, step.motion, missing, end[2]);
-            let mut known = table.get(next_key);
-            if known.is_some_and(|n| f64::from(nodes[n as usize].g) <= cost + 1e-6) {
+            let mut next_key = key(at, next_bin, step.motion, missing, end);
+            let beaten = |key: u64, cost: f64, table: &Table, nodes: &[Node]| {
+                table
+                    .get(key)
+                    .is_some_and(|n| f64::from(nodes[n as usize].g) <= cost + 1e-6)
+            };
+            if beaten(next_key, cost, &table, &nodes) {
                 continue;
             }
-            let h = to_go(end, missing, raster);
-            if h.is_infinite() || cost + h >= best_goal {
+            // The same place reached by another motion, cheaper by more than a stop costs.
+            if dear > 1e-9
+                && [Motion::Forward, Motion::Reverse, Motion::Turn]
+                    .into_iter()
+                    .any(|m| {
+                        let key = key(at, next_bin, m, missing, end);
+                        beaten(key, cost - dear, &table, &nodes)
+                    })
+            {
+                continue;
+            }
+            let (h, low) = outlook.seconds(end, missing, raster, wave);
+            if h.is_infinite() || cost + low >= best_goal {
                 continue;
             }
             let Some(swept) = body.sweep(map, pose, step, missing) else {
                 continue;
             };
             if missing > 0.0 && swept.missing <= 0.0 {
-                next_key = key(at, next_bin, step.motion, 0.0, end[2]);
-                known = table.get(next_key);
+                next_key = key(at, next_bin, step.motion, 0.0, end);
             }
             let cost = cost + price.closeness(map, pose, step) + price.trouble(step, swept.share);
-            if known.is_some_and(|n| f64::from(nodes[n as usize].g) <= cost + 1e-6) {
+            if beaten(next_key, cost, &table, &nodes) {
                 continue;
             }
             let node = nodes.len() as u32;
             nodes.push(Node {
                 pose: end,
                 g: cost as f32,
+                h: h as f32,
                 missing: swept.missing as f32,
                 parent: index,
                 bin: next_bin as u32,
@@ -309,7 +415,10 @@ pub(crate) fn search<M: Map>(
             });
         }
     }
-    found.exhausted = true;
+    if best_goal.is_finite() {
+        found.moves = Some(trace(&nodes, &ways, &prims, best_node));
+    }
+    found.exhausted = found.moves.is_none();
     found
 }
 
@@ -323,13 +432,16 @@ fn shot<M: Map>(
 ) -> Option<(Way, f64)> {
     let mut list: Vec<(f64, Way)> = Vec::new();
     for way in ways_to_goal(task, pose) {
+        if way.iter().map(|m| task.price.steady(m)).sum::<f64>() >= limit {
+            continue;
+        }
         let cost = task.price.way(motion, &way);
         if cost < limit {
             list.push((cost, way));
         }
     }
     list.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for (cost, way) in list.into_iter().take(4) {
+    for (cost, way) in list.into_iter().take(3) {
         let mut p = pose;
         let mut short = Some(missing);
         let mut near = 0.0;
@@ -349,12 +461,24 @@ fn shot<M: Map>(
     None
 }
 
-/// Radii tried for curves, as multiples of the smallest one driven at full speed.
-pub(crate) const RADII: [f64; 3] = [1.02, 1.8, 3.2];
+/// Radii tried for curves, as multiples of the smallest one: driven at full speed, or the car's.
+const RADII: [f64; 3] = [1.02, 1.8, 3.2];
 
-/// All the ways from a pose to the goal that ignore obstacles.
+impl<M> Task<'_, M> {
+    /// Radii tried for curves, m.
+    pub(crate) fn radii(&self) -> [f64; 3] {
+        match self.params.drive.radius() {
+            Some(radius) => [radius, RADII[1] * radius, RADII[2] * radius],
+            None => RADII.map(|r| r * self.price.limits.v / self.price.limits.w),
+        }
+    }
+}
+
+/// All the ways from a pose to the goal that ignore obstacles and that the base can drive.
 pub(crate) fn ways_to_goal<M>(task: &Task<'_, M>, pose: [f64; 3]) -> Vec<Way> {
+    let drive = task.params.drive;
     let tight = task.price.limits.v / task.price.limits.w;
+    let radii = task.radii();
     let settle = |yaw: f64| task.yaw.nearest(yaw);
     let mut list = vec![steer::rotate_line(pose, task.goal, Motion::Forward, settle)];
     let far = (task.goal[0] - pose[0]).hypot(task.goal[1] - pose[1]);
@@ -377,38 +501,29 @@ pub(crate) fn ways_to_goal<M>(task: &Task<'_, M>, pose: [f64; 3]) -> Vec<Way> {
         add(arc
             .filter(|a| a.curvature.abs() * tight <= 1.0)
             .map(|a| vec![a]));
-        for r in RADII {
+        for r in radii {
             for side in [1.0, -1.0] {
-                add(steer::arc_line(
-                    pose,
-                    task.goal,
-                    r * tight,
-                    side,
-                    Motion::Forward,
-                ));
+                add(steer::arc_line(pose, task.goal, r, side, Motion::Forward));
             }
         }
     }
     for yaw in targets {
-        for r in RADII {
-            steer::dubins(
-                pose,
-                [task.goal[0], task.goal[1], yaw],
-                r * tight,
-                Motion::Forward,
-                |way| list.push(way),
-            );
+        let to = [task.goal[0], task.goal[1], yaw];
+        steer::between(pose, to, &radii, drive, &mut list);
+        if far <= 3.0 * task.params.reverse_reach {
+            steer::dubins(pose, to, radii[0], Motion::Reverse, |way| list.push(way));
         }
     }
+    list.retain(|way| way.iter().all(|m| drive.allows(m)));
     list
 }
 
-fn trace(nodes: &[Node], ways: &[Way], prims: &[(Move, i32)], goal: u32) -> Way {
+fn trace(nodes: &[Node], ways: &[Way], prims: &[Move], goal: u32) -> Way {
     let last = &nodes[goal as usize];
     let mut tail: Way = ways[last.bin as usize].iter().rev().copied().collect();
     let mut at = last.parent as usize;
     while nodes[at].by != ROOT {
-        tail.push(prims[nodes[at].by as usize].0);
+        tail.push(prims[nodes[at].by as usize]);
         at = nodes[at].parent as usize;
     }
     tail.reverse();

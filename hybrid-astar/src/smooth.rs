@@ -2,7 +2,7 @@
 
 use crate::Map;
 use crate::moves::{Motion, Move};
-use crate::search::{RADII, Task, merge, ways_to_goal};
+use crate::search::{Task, merge, ways_to_goal};
 use crate::steer::{self, Way};
 
 /// A move with its start and the price of its closeness.
@@ -13,12 +13,15 @@ struct Piece {
     near: f64,
 }
 
+/// Most pieces that one shortcut replaces: longer ones hardly ever succeed.
+const LONGEST: usize = 32;
+
 /// Makes the path cheaper where a free shortcut exists. Start, goal and the start's way out of a violation stay.
 pub(crate) fn smooth<M: Map>(task: &Task<'_, M>, moves: &[Move]) -> Way {
     let mut pieces = cut(task, moves, 0.4);
     for _ in 0..2 {
         let before = total(task, &pieces);
-        let mut gap = pieces.len();
+        let mut gap = pieces.len().min(LONGEST);
         while gap >= 2 {
             let mut i = 0;
             while i + 2 <= pieces.len() {
@@ -32,11 +35,11 @@ pub(crate) fn smooth<M: Map>(task: &Task<'_, M>, moves: &[Move]) -> Way {
                     break;
                 }
             }
-            gap = if gap > 8 { gap * 2 / 3 } else { gap - 1 };
+            gap = if gap > 3 { gap * 2 / 3 } else { gap - 1 };
         }
         let moves: Way = pieces.iter().map(|p| p.step).collect();
         pieces = cut(task, &merge(&moves), 0.4);
-        if total(task, &pieces) > 0.99 * before {
+        if total(task, &pieces) > 0.97 * before {
             break;
         }
     }
@@ -92,8 +95,22 @@ fn shortcut<M: Map>(task: &Task<'_, M>, pieces: &mut Vec<Piece>, i: usize, j: us
     } else {
         Some(pieces[j].from)
     };
+    // No way is quicker than the straight line or the turn alone: where little is to be gained none is tried.
+    let cost = task.price.way(None, pieces[i..j].iter().map(|p| &p.step))
+        + pieces[i..j].iter().map(|p| p.near).sum::<f64>();
+    let limits = &task.price.limits;
+    let target = to.unwrap_or([task.goal[0], task.goal[1], f64::NAN]);
+    let turn = if target[2].is_nan() {
+        0.0
+    } else {
+        crate::moves::wrap(target[2] - from[2]).abs() / limits.w
+    };
+    let least = ((target[0] - from[0]).hypot(target[1] - from[1]) / limits.v).max(turn);
+    if cost - least < 0.01 + 0.02 * cost {
+        return false;
+    }
     if let Some(to) = to {
-        let tight = task.price.limits.v / task.price.limits.w;
+        let radii = task.radii();
         let toward = |yaw: f64| yaw + crate::moves::wrap(to[2] - yaw);
         candidates.push(steer::rotate_line(
             from,
@@ -109,15 +126,12 @@ fn shortcut<M: Map>(task: &Task<'_, M>, pieces: &mut Vec<Piece>, i: usize, j: us
                 Motion::Reverse,
                 toward,
             ));
-            steer::dubins(from, to, tight * RADII[0], Motion::Reverse, |way| {
+            steer::dubins(from, to, radii[0], Motion::Reverse, |way| {
                 candidates.push(way)
             });
         }
-        for r in RADII {
-            steer::dubins(from, to, r * tight, Motion::Forward, |way| {
-                candidates.push(way)
-            });
-        }
+        steer::between(from, to, &radii, task.params.drive, &mut candidates);
+        candidates.retain(|way| way.iter().all(|m| task.params.drive.allows(m)));
     } else {
         candidates = ways_to_goal(task, from);
     }
@@ -130,13 +144,31 @@ fn shortcut<M: Map>(task: &Task<'_, M>, pieces: &mut Vec<Piece>, i: usize, j: us
     while b < pieces.len() && pieces[b].step.motion == pieces[j].step.motion {
         b += 1;
     }
-    let steps = |r: &[Piece]| -> Vec<Move> { r.iter().map(|p| p.step).collect() };
-    let (head, tail) = (steps(&pieces[a..i]), steps(&pieces[j..b]));
+    // Their pieces stay; only how long each run is matters.
+    let joined = |r: &[Piece]| -> Option<Move> {
+        let extent = r.iter().map(|p| p.step.extent()).sum();
+        r.first().map(|p| Move {
+            amount: extent,
+            curvature: 0.0,
+            ..p.step
+        })
+    };
+    let (head, tail) = (joined(&pieces[a..i]), joined(&pieces[j..b]));
+    let with_context = |way: &[Move]| -> f64 {
+        let steps = head.iter().chain(way).chain(&tail);
+        task.price.way(None, steps)
+    };
+    let present: Way = pieces[i..j].iter().map(|p| p.step).collect();
     let old_near: f64 = pieces[i..j].iter().map(|p| p.near).sum();
-    let old = task.price.way(None, pieces[a..b].iter().map(|p| &p.step)) + old_near;
+    let old = with_context(&present) + old_near;
     let mut ranked: Vec<(f64, Way)> = Vec::new();
+    // What the ways at both ends could save by merging.
+    let stops = limits.drive_stop() + limits.turn_stop();
     for way in candidates {
-        let cost = task.price.way(None, head.iter().chain(&way).chain(&tail));
+        if way.iter().map(|m| task.price.steady(m)).sum::<f64>() >= cost + stops {
+            continue;
+        }
+        let cost = with_context(&way);
         if cost < old - 1e-3 {
             ranked.push((cost, way));
         }

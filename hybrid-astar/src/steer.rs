@@ -101,6 +101,23 @@ fn push_drive(way: &mut Way, motion: Motion, length: f64, curvature: f64) {
     }
 }
 
+/// Curves between two poses for the base: Dubins curves of every radius, and for a car that reverses the Reeds-Shepp
+/// curves of the smallest.
+pub(crate) fn between(
+    from: [f64; 3],
+    to: [f64; 3],
+    radii: &[f64; 3],
+    drive: crate::Drive,
+    list: &mut Vec<Way>,
+) {
+    for &r in radii {
+        dubins(from, to, r, Motion::Forward, |way| list.push(way));
+    }
+    if let crate::Drive::ReedsShepp { radius } = drive {
+        crate::reeds_shepp::curves(from, to, radius, |way| list.push(way));
+    }
+}
+
 /// The Dubins curves arc-line-arc of radius `r`, driven in the given direction; those with loops are left out.
 pub(crate) fn dubins(
     from: [f64; 3],

@@ -88,6 +88,30 @@ impl Raster {
         })
     }
 
+    /// Multiplies the factor of the cells along the first metres of a way and to its sides (`(length, width)`, m).
+    pub(crate) fn make_dear<M: Map>(
+        &mut self,
+        map: &M,
+        way: &[usize],
+        (length, width): (f64, f64),
+        by: f32,
+    ) {
+        let count = ((length / self.cell).ceil() as usize).min(way.len());
+        let mut cells: Vec<usize> = way[..count]
+            .iter()
+            .flat_map(|&at| self.within(self.center(at), width))
+            .map(|c| c.0)
+            .collect();
+        cells.sort_unstable();
+        cells.dedup();
+        for at in cells {
+            if self.factor[at].is_nan() {
+                self.sample(map, at);
+            }
+            self.factor[at] *= by;
+        }
+    }
+
     /// Index of the cell that holds `p`, or `None` outside.
     pub(crate) fn index(&self, p: [f64; 2]) -> Option<usize> {
         let u = (p[0] - self.low[0]) / self.cell;
@@ -407,6 +431,28 @@ impl Wave {
         }
         list.clear();
         self.buckets[slot] = list;
+    }
+
+    /// The cell up to `steps` straight or diagonal steps further down; neighbours that are not settled yet are no
+    /// nearer to the source and never taken.
+    pub(crate) fn ahead(&self, raster: &Raster, at: usize, steps: usize) -> usize {
+        let half = 0.5 * self.cell;
+        let mut here = at;
+        for _ in 0..steps {
+            let mut best = (f32::INFINITY, here);
+            for &(offset, length) in &self.steps.straight {
+                let to = here.wrapping_add_signed(offset);
+                if self.dist[to] < self.dist[here] {
+                    let cost =
+                        self.dist[to] + half * length * (raster.factor[here] + raster.factor[to]);
+                    if cost < best.0 {
+                        best = (cost, to);
+                    }
+                }
+            }
+            here = best.1;
+        }
+        here
     }
 
     /// Cells from `at` down to the source, each the best next step.

@@ -402,3 +402,59 @@ fn fields_of_blocked_and_outside_points() {
     let f = Field::from(&map, 0.3, [3.8, 1.0], &GridParams::default()).unwrap();
     assert!((f.distance([1.0, 1.0]) - 2.8).abs() < 0.4);
 }
+
+/// Curvature and kind of motion of every stretch.
+fn drives_like_a_car(p: &Plan, radius: f64, reverse: bool) {
+    for s in &p.segments {
+        assert!(s.motion != Motion::Turn && (reverse || s.motion == Motion::Forward));
+        for w in s.poses.windows(2) {
+            let moved = (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1]);
+            // The chord is a little shorter than the arc.
+            assert!((w[1][2] - w[0][2]).abs() * radius <= moved * 1.01 + 1e-9);
+        }
+    }
+}
+
+#[test]
+fn cars_turn_around_without_turning_in_place() {
+    let map = hall();
+    for (drive, reverse) in [
+        (Drive::ReedsShepp { radius: 0.8 }, true),
+        (Drive::Dubins { radius: 0.8 }, false),
+    ] {
+        let params = Params {
+            drive,
+            smooth: false,
+            ..Params::default()
+        };
+        let yaw = GoalYaw::Fixed(std::f64::consts::PI);
+        let p = plan(&map, &robot(), [2.0, 3.0, 0.0], [2.0, 3.6], &yaw, &params).unwrap();
+        assert_eq!(p.status, Status::Solved, "{drive:?} {:?}", p.reason);
+        drives_like_a_car(&p, 0.8, reverse);
+        let smooth = Params {
+            smooth: true,
+            ..params
+        };
+        let p = plan(&map, &robot(), [2.0, 3.0, 0.0], [2.0, 3.6], &yaw, &smooth).unwrap();
+        assert!(p.is_solved() && p.segments.iter().all(|s| s.motion != Motion::Turn));
+        let p = plan(
+            &two_rooms(0.9),
+            &robot(),
+            [1.0, 1.0, 0.5],
+            [7.0, 5.0],
+            &GoalYaw::Free,
+            &smooth,
+        )
+        .unwrap();
+        assert!(p.is_solved(), "{drive:?} {:?}", p.reason);
+    }
+    let none = Params {
+        drive: Drive::Dubins { radius: 0.0 },
+        ..Params::default()
+    };
+    let error = plan(&map, &robot(), [1.0; 3], [2.0; 2], &GoalYaw::Free, &none).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "drive.radius = 0 must be positive and finite"
+    );
+}

@@ -86,3 +86,110 @@ proptest! {
         }
     }
 }
+
+/// Least time from a pose to the goal's cell and heading over a coarse lattice, by plain Dijkstra: 0.1 m, 16 headings,
+/// steps to the neighbouring cell that lies in the heading's direction (or behind), and turns by one heading.
+fn lattice_seconds(map: &grid::Grid, half: [f64; 2], start: [usize; 3], goal: [usize; 3]) -> f64 {
+    let [w, h] = map.size();
+    let (low, _) = map.bounds();
+    let unit = std::f64::consts::TAU / 16.0;
+    let free = |x: usize, y: usize, k: usize| {
+        let p = [
+            low[0] + (x as f64 + 0.5) * 0.1,
+            low[1] + (y as f64 + 0.5) * 0.1,
+        ];
+        let (s, c) = (k as f64 * unit).sin_cos();
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|q: [f64; 2]| {
+            let o = [q[0] * half[0], q[1] * half[1]];
+            [p[0] + c * o[0] - s * o[1], p[1] + s * o[0] + c * o[1]]
+        });
+        map.outline_is_free(&corners) == Some(true)
+    };
+    let index = |x: usize, y: usize, k: usize| (y * w + x) * 16 + k;
+    let mut dist = vec![f64::INFINITY; w * h * 16];
+    let mut open = std::collections::BinaryHeap::new();
+    let key = |d: f64| std::cmp::Reverse((d * 1e6) as u64);
+    dist[index(start[0], start[1], start[2])] = 0.0;
+    open.push((key(0.0), start));
+    while let Some((_, [x, y, k])) = open.pop() {
+        let d = dist[index(x, y, k)];
+        if [x, y, k] == goal {
+            return d;
+        }
+        let (s, c) = (k as f64 * unit).sin_cos();
+        // Two or so cells ahead in the heading's direction, near enough to stay on the line.
+        let ahead = [(2.3 * c).round() as i64, (2.3 * s).round() as i64];
+        let length = 0.1 * ((ahead[0] * ahead[0] + ahead[1] * ahead[1]) as f64).sqrt();
+        let mut next = vec![
+            (x as i64, y as i64, (k + 1) % 16, unit / 1.5),
+            (x as i64, y as i64, (k + 15) % 16, unit / 1.5),
+        ];
+        for sign in [1, -1] {
+            let factor = if sign > 0 { 1.0 } else { 1.5 };
+            next.push((
+                x as i64 + sign * ahead[0],
+                y as i64 + sign * ahead[1],
+                k,
+                factor * length / 0.8,
+            ));
+        }
+        for (u, v, m, cost) in next {
+            if u < 0 || v < 0 || u >= w as i64 || v >= h as i64 {
+                continue;
+            }
+            let (u, v) = (u as usize, v as usize);
+            // Both ends free with a margin that covers what lies between.
+            if d + cost < dist[index(u, v, m)] - 1e-9 && free(u, v, m) {
+                dist[index(u, v, m)] = d + cost;
+                open.push((key(d + cost), [u, v, m]));
+            }
+        }
+    }
+    f64::INFINITY
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    /// What a plain search over a coarse lattice finds with room to spare, the planner finds, too, in not much more time.
+    #[test]
+    fn no_way_of_the_lattice_is_missed(map in room(), a in (4usize..36, 4usize..36, 0usize..16), b in (4usize..36, 4usize..36, 0usize..16)) {
+        let best = lattice_seconds(&map, [0.46, 0.36], [a.0, a.1, a.2], [b.0, b.1, b.2]);
+        let (low, _) = map.bounds();
+        let unit = std::f64::consts::TAU / 16.0;
+        let pose = |c: (usize, usize, usize)| [low[0] + (c.0 as f64 + 0.5) * 0.1, low[1] + (c.1 as f64 + 0.5) * 0.1, c.2 as f64 * unit];
+        let (start, goal) = (pose(a), pose(b));
+        let robot = Footprint::polygon(&[[-0.35, -0.25], [0.35, -0.25], [0.35, 0.25], [-0.35, 0.25]]);
+        let map = map.with_inset(0.0);
+        let limits = Limits { a: f64::INFINITY, alpha: f64::INFINITY, ..Limits::default() };
+        let params = Params { limits, start_tolerance: 0.0, clearance_weight: 0.0, ..Params::default() };
+        if best.is_finite() {
+            let plan = plan(&map, &robot, start, [goal[0], goal[1]], &GoalYaw::Fixed(goal[2]), &params).unwrap();
+            prop_assert!(plan.is_solved(), "{start:?} {goal:?} {:?}", plan.reason);
+            prop_assert!(plan.seconds <= 1.15 * best + 0.5, "{} against {best}", plan.seconds);
+        }
+    }
+
+    /// A quarter turn of the map turns the distances with it.
+    #[test]
+    fn fields_turn_with_the_map(map in room(), x in 2usize..30, y in 2usize..30) {
+        let [w, h] = map.size();
+        let blocked: Vec<bool> = (0..w * h).map(|i| {
+            // Cell (u, v) of the turned map, h wide, is cell (v, h - 1 - u) of the map.
+            let (u, v) = (i % h, i / h);
+            map.is_blocked([v as i32, (h - 1 - u) as i32])
+        }).collect();
+        let turned = grid::Grid::new([h, w], 0.1, [0.0; 2], &blocked).unwrap();
+        let (low, _) = map.bounds();
+        let params = GridParams { cell_size: 0.1, admissible: false, source_reach: 0.0, ..GridParams::default() };
+        let at = |x: usize, y: usize| [low[0] + (x as f64 + 0.5) * 0.1, low[1] + (y as f64 + 0.5) * 0.1];
+        let there = |x: usize, y: usize| [((h - 1 - y) as f64 + 0.5) * 0.1, (x as f64 + 0.5) * 0.1];
+        let a = Field::from(&map, 0.2501, at(x, y), &params).unwrap();
+        let b = Field::from(&turned, 0.2501, there(x, y), &params).unwrap();
+        for k in 0..40 {
+            let (u, v) = ((k * 7) % w, (k * 11) % h);
+            let (p, q) = (a.distance(at(u, v)), b.distance(there(u, v)));
+            prop_assert!(p == q || (p - q).abs() < 1e-3, "{p} {q}");
+        }
+    }
+}

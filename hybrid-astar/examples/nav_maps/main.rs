@@ -88,6 +88,12 @@ fn run(
     let mut params = Params {
         limits,
         cell_size: map.cell.max(0.1),
+        // The queries' passages are as narrow as the footprint and a few centimetres.
+        margin: 0.01,
+        check_step: 0.02,
+        // The references drive backwards at no extra price.
+        reverse_factor: 1.05,
+        reverse_reach: 3.0,
         ..Params::default()
     };
     for (key, value) in set {
@@ -98,6 +104,8 @@ fn run(
             "clearance_weight" => params.clearance_weight = *value,
             "comfort" => params.comfort = *value,
             "margin" => params.margin = *value,
+            "reverse_factor" => params.reverse_factor = *value,
+            "reverse_reach" => params.reverse_reach = *value,
             "turn_weight" => params.turn_weight = *value,
             "a" => params.limits.a = *value,
             "alpha" => params.limits.alpha = *value,
