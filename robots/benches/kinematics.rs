@@ -2,7 +2,7 @@
 #![allow(missing_docs)]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use robots::{BodyState, Frame, IkSolutions, MobileManipulator};
+use robots::{BatchBody, BodyState, Frame, IkSolutions, LANES, MobileManipulator, StateBlock};
 use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
 
@@ -62,6 +62,23 @@ fn kinematics(c: &mut Criterion) {
                 &s.joints,
             )
         });
+    });
+    group.finish();
+
+    let body = BatchBody::new(&robot);
+    let blocks: Vec<StateBlock> = states.chunks(LANES).map(StateBlock::new).collect();
+    let mut group = c.benchmark_group("sixteen states");
+    group.throughput(criterion::Throughput::Elements(LANES as u64));
+    let mut k = 0;
+    let mut block = move || {
+        k = (k + 1) % 4;
+        k
+    };
+    group.bench_function("fk_25_spheres", |b| {
+        b.iter(|| body.spheres(black_box(&blocks[block()])))
+    });
+    group.bench_function("whole_check_without_obstacles", |b| {
+        b.iter(|| body.free(black_box(&blocks[block()]), &|_: [f32; 3]| 10.0f32, 0.01))
     });
     group.finish();
 }

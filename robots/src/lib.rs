@@ -6,6 +6,9 @@
 //!   ([`spheres`](MobileManipulator::spheres)), the solids themselves
 //!   ([`link_capsules`](MobileManipulator::link_capsules)), self-clearance, camera inverse kinematics, and
 //!   [`compensate_yaw`](MobileManipulator::compensate_yaw) for a base that came to stand differently than planned.
+//! - [`BatchBody`]: the whole-body check of sixteen states at once against a distance field, vectorised.
+//! - [`Chain`]: any serial arm from data; from a URDF with a small file beside it (feature `urdf`), with differential
+//!   inverse kinematics under joint and speed limits (feature `diff-ik`).
 //! - [`LiftHead`]: a PR2-like robot whose camera sits on a pan-tilt head over a lifting torso.
 //! - [`Posture`]: arm states that look ahead from a wanted height at a wanted elevation.
 //!
@@ -37,9 +40,13 @@
 //! ```
 
 mod base;
+mod batch;
 mod body;
 mod camera;
+mod chain;
 mod collision;
+#[cfg(feature = "diff-ik")]
+mod diff_ik;
 mod error;
 mod frame;
 mod head;
@@ -52,12 +59,20 @@ mod posture;
 mod shapes;
 mod traits;
 mod ur5e;
+#[cfg(feature = "urdf")]
+mod urdf;
 mod view;
 mod world;
 
 pub use base::*;
+pub use batch::{
+    BatchBody, BatchField, BatchOnSchedule, GridField, LANES, Lanes, SphereLanes, StateBlock,
+};
 pub use body::*;
 pub use camera::*;
+pub use chain::{Chain, ChainJoint, ChainSphere, JointKind};
+#[cfg(feature = "diff-ik")]
+pub use diff_ik::{DiffIk, IkFound, IkStep};
 pub use error::Error;
 pub use frame::Frame;
 pub use head::{HeadState, LiftHead};
@@ -71,6 +86,8 @@ pub use shapes::{CAMERA_LINK, CAPSULES, Capsule, Cuboid, LinkSizes, Sphere};
 #[cfg(feature = "viewsample")]
 pub use traits::library;
 pub use ur5e::Ur5e;
+#[cfg(feature = "urdf")]
+pub use urdf::{UrdfCamera, UrdfSide, UrdfSphere};
 pub use view::*;
 pub use world::{InWorld, OnSchedule};
 

@@ -149,3 +149,32 @@ fn arm_planner_ducks_under_a_lintel() {
         }
     }
 }
+
+/// The same with sixteen states at a time: what it finds, the check in double precision accepts.
+#[cfg(feature = "strrt")]
+#[test]
+fn batched_checks_duck_under_a_lintel_too() {
+    let robot = MobileManipulator::default();
+    let postures = robot.default_postures().unwrap();
+    let (start, goal) = (postures[0].joints, postures[1].joints);
+    let base: Vec<[f64; 3]> = (0..100).map(|i| [f64::from(i) * 0.04, 0.0, 0.0]).collect();
+    let distance = |c: [f64; 3]| {
+        let d = [(c[0] - 2.0).abs() - 0.1, 1.0 - c[2]];
+        d.iter().map(|d| d.max(0.0).powi(2)).sum::<f64>().sqrt()
+    };
+    let field = |c: [f32; 3]| distance(c.map(f64::from)) as f32;
+    let arm = robots::BatchOnSchedule::new(&robot, &base, 0.01, field);
+    assert!(!arm.states_are_free(&[start], &[50]) && arm.states_are_free(&[start], &[0]));
+    assert!(!arm.states_are_free(&[[7.0, 0.0, 0.0, 0.0, 0.0, 0.0]], &[0]));
+    assert!(!arm.motions_are_free(&[start, start], &[0, 99]));
+    let params = strrt::Params::default();
+    let plan = strrt::plan(&arm, start, goal, base.len(), 0.1, &params, 1).unwrap();
+    assert_eq!(plan.status, strrt::Status::Solved);
+    let exact = OnSchedule::new(&robot, &base, 0.01, |c, r| distance(c) >= r);
+    if plan.waited_before == 0 && plan.waited_after == 0 {
+        for (step, pair) in plan.path.windows(2).enumerate() {
+            assert!(exact.state_is_free(&pair[0], step));
+            assert!(exact.motion_is_free(&pair[0], &pair[1], step, step + 1));
+        }
+    }
+}
