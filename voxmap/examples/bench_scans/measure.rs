@@ -90,6 +90,27 @@ fn cells(map: &VoxelMap) -> impl Iterator<Item = [i32; 3]> + use<> {
     })
 }
 
+/// The workload's solids, every other cell free.
+fn truth(w: &Workload) -> Result<VoxelMap, voxmap::Error> {
+    let mut map = blank(w)?;
+    map.set_free_box([f64::NEG_INFINITY; 3], [f64::INFINITY; 3]);
+    let b = map.bounds();
+    for (low, high) in &w.solids {
+        // Cells that they reach into by more than a hair.
+        let from = map.cell_at(low.map(|v| v + 1e-6));
+        let to = map.cell_at(high.map(|v| v - 1e-6));
+        let range = |a: usize| from[a].max(b.low[a])..(to[a] + 1).min(b.high[a]);
+        for z in range(2) {
+            for y in range(1) {
+                for x in range(0) {
+                    map.set_state([x, y, z], State::Occupied);
+                }
+            }
+        }
+    }
+    Ok(map)
+}
+
 /// Size (3 x i32), then a byte a cell, x fastest: 0 where it is occupied, else 1.
 fn obstacles(map: &VoxelMap) -> Vec<u8> {
     let size = map.size().map(|n| (n as i32).to_le_bytes());
@@ -246,8 +267,14 @@ pub fn scans(w: &Workload, dump: Option<&Path>) -> Result<Value, Failure> {
     let (map, all) = inserted(w, false, false, |map| drop(map.take_changes()))?;
     let (_, dedupe) = inserted(w, true, false, |map| drop(map.take_changes()))?;
     let (guarded, guard) = inserted(w, false, true, |map| drop(map.take_changes()))?;
+    // Distances are those of the true walls where they are known: what a finished exploration works with.
+    let walls = if w.solids.is_empty() {
+        map.clone()
+    } else {
+        truth(w)?
+    };
     if let Some(folder) = dump {
-        std::fs::write(folder.join(format!("{}.occ", w.name)), obstacles(&map))?;
+        std::fs::write(folder.join(format!("{}.occ", w.name)), obstacles(&walls))?;
     }
     let counts = map.counts();
     let points: usize = w.scans.iter().map(|s| s.points.len()).sum();
@@ -266,7 +293,7 @@ pub fn scans(w: &Workload, dump: Option<&Path>) -> Result<Value, Failure> {
         "insert_guarded_ms": guard,
         "memory_mib": map.memory() as f64 / f64::from(1 << 20),
         "queries": queries(w, &map),
-        "esdf": distances(&map, (2.0f64).min(200.0 * w.cell_size))?,
+        "esdf": distances(&walls, (2.0f64).min(200.0 * w.cell_size))?,
         "frontiers": frontiers(w)?,
         "cost_map_ms": repeated_ms(5, || CostMap::project(&map, &CostMapParams::default())),
     });
