@@ -1,4 +1,4 @@
-//! A differential drive goes around a pillar: prints the way and the smallest distance.
+//! A differential drive goes around a pillar: prints the way and the smallest distance, and draws it if a file is named.
 #![allow(clippy::print_stdout)]
 
 use ddp_rbf::nalgebra::{SMatrix, SVector, vector};
@@ -95,11 +95,48 @@ fn main() -> Result<(), Error> {
         "{:?} after {} iterations, cost {:.4}",
         report.status, report.iterations, report.cost
     );
-    for (name, margin) in &report.margins {
-        println!("smallest z of {name}: {margin:.3}");
+    for group in solver.groups() {
+        println!("smallest z of {}: {:.3}", group.name, group.least);
     }
     for x in solver.states().iter().step_by(5) {
         println!("({:.2}, {:.2}) heading {:.2}", x[0], x[1], x[2]);
     }
+    if let Some(path) = std::env::args().nth(1) {
+        match std::fs::write(&path, picture(solver.states())) {
+            Ok(()) => println!("drawn in {path}"),
+            Err(e) => println!("{path}: {e}"),
+        }
+    }
     Ok(())
+}
+
+/// The pillar, the way, and the heading at every fifth knot, as SVG; 200 pixels are a metre.
+fn picture(states: &[SVector<f64, 3>]) -> String {
+    let at = |x: f64, y: f64| (200.0 * (x + 0.4), 200.0 * (0.9 - y));
+    let way: Vec<String> = states
+        .iter()
+        .map(|s| {
+            let (x, y) = at(s[0], s[1]);
+            format!("{x:.1},{y:.1}")
+        })
+        .collect();
+    let mut out = String::from(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 560 360\">\n<rect width=\"560\" height=\"360\" fill=\"white\"/>\n",
+    );
+    let (x, y) = at(1.0, 0.05);
+    out += &format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"60\" fill=\"#888\"/>\n");
+    out += &format!(
+        "<polyline points=\"{}\" fill=\"none\" stroke=\"#06c\" stroke-width=\"3\"/>\n",
+        way.join(" ")
+    );
+    for s in states.iter().step_by(5) {
+        let ((x, y), (a, b)) = (
+            at(s[0], s[1]),
+            at(s[0] + 0.08 * s[2].cos(), s[1] + 0.08 * s[2].sin()),
+        );
+        out += &format!(
+            "<line x1=\"{x:.1}\" y1=\"{y:.1}\" x2=\"{a:.1}\" y2=\"{b:.1}\" stroke=\"#c30\" stroke-width=\"2\"/>\n"
+        );
+    }
+    out + "</svg>\n"
 }

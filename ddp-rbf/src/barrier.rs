@@ -1,6 +1,8 @@
 //! The relaxed logarithmic barrier (HEATS eq. 9; Feller and Ebenbauer 2017), with an optional end.
 
+use crate::elementary::ln;
 use crate::error::{Error, positive};
+use crate::simd::Vector;
 
 /// Penalty of `z > 0`: `-mu ln z` above `delta`, its second-order continuation below, so that value, slope and curvature are
 /// continuous and a violated constraint still has a gradient.
@@ -89,5 +91,91 @@ impl Barrier {
     #[inline]
     pub fn value(&self, z: f64) -> f64 {
         self.eval(z).0
+    }
+}
+
+/// A barrier over four lanes that adds up as it goes: slopes and curvatures at once, values as one logarithm of a product.
+pub(crate) struct Sum<V> {
+    mu: V,
+    delta: V,
+    inverse_delta: V,
+    /// Cut-off and its inverse.
+    end: Option<(V, V)>,
+    /// Product of the arguments of pending logarithms.
+    product: V,
+    pending: u32,
+    /// What is not logarithms.
+    rest: V,
+    logarithms: V,
+    least: V,
+}
+
+/// Logarithms whose arguments are multiplied before one is taken: (1e-12)^20 is still a normal number.
+const PENDING: u32 = 20;
+
+impl<V: Vector> Sum<V> {
+    /// Of nothing yet, each term weighted by `weight`.
+    #[inline(always)]
+    pub(crate) fn new(barrier: &Barrier, weight: f64) -> Self {
+        Self {
+            mu: V::splat(barrier.mu * weight),
+            delta: V::splat(barrier.delta),
+            inverse_delta: V::splat(1.0 / barrier.delta),
+            end: barrier
+                .cutoff
+                .map(|end| (V::splat(end), V::splat(1.0 / end))),
+            product: V::splat(1.0),
+            pending: 0,
+            rest: V::zero(),
+            logarithms: V::zero(),
+            least: V::splat(f64::INFINITY),
+        }
+    }
+
+    /// Adds the barrier at `z`; returns its slope and curvature.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, z: V) -> (V, V) {
+        self.least = z.min(self.least);
+        // Bent so that everything vanishes at the cut-off: clamping z there is all it takes.
+        let z = match self.end {
+            Some((end, _)) => z.min(end),
+            None => z,
+        };
+        let one = V::splat(1.0);
+        let c = z.max(self.delta);
+        let i = one / c;
+        let t = (z.min(self.delta) - (self.delta + self.delta)) * self.inverse_delta;
+        let mut slope = (t + one) * self.inverse_delta - i;
+        let mut curvature = i * i;
+        let mut rest = (t.mul_add(t, -one)) * V::splat(0.5);
+        if let Some((end, inverse)) = self.end {
+            let d = (z - end) * inverse;
+            rest = rest + (d * V::splat(-0.5)).mul_add(d, d);
+            slope = (one - d).mul_add(inverse, slope);
+            curvature = inverse.neg_mul_add(inverse, curvature);
+            self.product = self.product * (c * inverse);
+        } else {
+            self.product = self.product * c;
+        }
+        self.rest = self.rest + rest;
+        self.pending += 1;
+        if self.pending >= PENDING {
+            self.flush();
+        }
+        (slope * self.mu, curvature * self.mu)
+    }
+
+    #[inline(always)]
+    fn flush(&mut self) {
+        self.logarithms = self.logarithms + ln(self.product);
+        self.product = V::splat(1.0);
+        self.pending = 0;
+    }
+
+    /// Sum of the values in each lane, and the least z.
+    #[inline(always)]
+    pub(crate) fn finish(mut self) -> (V, V) {
+        self.flush();
+        ((self.rest - self.logarithms) * self.mu, self.least)
     }
 }

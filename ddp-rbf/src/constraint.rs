@@ -1,17 +1,28 @@
-//! Inequality constraints `z(x, u) > 0`, each with its barrier.
+//! Inequality constraints `z(x, u) > 0` and what their barriers add to a horizon's objective.
 
 use crate::barrier::Barrier;
+use crate::cost::Expansion;
+use crate::error::Error;
 use nalgebra::SVector;
 
 /// A group of inequality constraints.
 ///
-/// Laws: [`rows`](Self::rows) visits the same values in the same order as [`values`](Self::values), with their gradients.
-/// At the last knot, and wherever only states are asked for, `u` is `None` and input constraints are silent.
+/// Laws: [`rows`](Self::rows) visits the values of [`values`](Self::values) with their gradients, except that those beyond the
+/// barrier's cut-off may be left out by either. At the last knot, and wherever only states are asked for, `u` is `None` and
+/// input constraints are silent. [`penalize`](Self::penalize) agrees with the sum over the rows.
+/// [`check_constraint`](crate::check_constraint) tests the gradients.
 pub trait Constraint<const NX: usize, const NU: usize> {
     /// Name in reports.
     fn name(&self) -> &'static str;
     /// Barrier of every constraint of the group.
     fn barrier(&self) -> Barrier;
+    /// Checks the group before a solve; by default its barrier.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn validate(&self) -> Result<(), Error> {
+        self.barrier().validate()
+    }
     /// Visits each z at knot `k`.
     fn values(
         &self,
@@ -29,163 +40,110 @@ pub trait Constraint<const NX: usize, const NU: usize> {
         u: Option<&SVector<f64, NU>>,
         visit: &mut dyn FnMut(f64, &SVector<f64, NX>, &SVector<f64, NU>),
     );
-}
-
-/// A field of distances to obstacles.
-///
-/// Laws: the gradient is that of the same interpolant as the value, so that a line search is never lied to.
-pub trait Field {
-    /// Distance at a point (world frame, m), and its gradient.
-    fn distance_gradient(&self, point: [f64; 3]) -> (f64, [f64; 3]);
-    /// Distance alone.
-    fn distance(&self, point: [f64; 3]) -> f64 {
-        self.distance_gradient(point).0
-    }
-    /// Distances and gradients of many points; a field that can do better overrides it.
-    fn batch(&self, points: &[[f64; 3]], out: &mut Vec<(f64, [f64; 3])>) {
-        out.clear();
-        out.extend(points.iter().map(|&p| self.distance_gradient(p)));
-    }
-}
-
-impl<F: Field + ?Sized> Field for &F {
-    fn distance_gradient(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
-        (**self).distance_gradient(point)
-    }
-    fn distance(&self, point: [f64; 3]) -> f64 {
-        (**self).distance(point)
-    }
-    fn batch(&self, points: &[[f64; 3]], out: &mut Vec<(f64, [f64; 3])>) {
-        (**self).batch(points, out);
-    }
-}
-
-/// Lower and upper limits of the inputs, optionally narrowed to what is reachable from the present input at a limited
-/// acceleration.
-#[derive(Clone, Debug, PartialEq)]
-pub struct InputBox<const NU: usize> {
-    low: SVector<f64, NU>,
-    high: SVector<f64, NU>,
-    barrier: Barrier,
-    /// Present input and largest change per knot.
-    cone: Option<(SVector<f64, NU>, SVector<f64, NU>)>,
-}
-
-impl<const NU: usize> InputBox<NU> {
-    /// `low < u < high` at every knot.
-    pub fn new(low: SVector<f64, NU>, high: SVector<f64, NU>, barrier: Barrier) -> Self {
-        Self {
-            low,
-            high,
-            barrier,
-            cone: None,
-        }
-    }
-
-    /// Also `|u_k - now| < change (k + 1)`: with `change` = acceleration times dt, what limited acceleration can reach.
-    #[must_use]
-    pub fn reachable_from(mut self, now: SVector<f64, NU>, change: SVector<f64, NU>) -> Self {
-        self.cone = Some((now, change));
-        self
-    }
-
-    /// Limits of input `i` at knot `k`.
-    pub fn limits(&self, k: usize, i: usize) -> (f64, f64) {
-        let (mut low, mut high) = (self.low[i], self.high[i]);
-        if let Some((now, change)) = &self.cone {
-            let room = change[i] * (k + 1) as f64;
-            low = low.max(now[i] - room);
-            high = high.min(now[i] + room);
-        }
-        (low, high)
-    }
-}
-
-impl<const NX: usize, const NU: usize> Constraint<NX, NU> for InputBox<NU> {
-    fn name(&self) -> &'static str {
-        "input limits"
-    }
-    fn barrier(&self) -> Barrier {
-        self.barrier
-    }
-    fn values(
+    /// The barriers along a whole horizon: their sum, and their Gauss-Newton models added to `models` (one per state) if
+    /// given. The default goes through [`rows`](Self::rows) knot by knot; groups that can do many knots at once override it.
+    ///
+    /// The first state is given, so there only constraints that depend on the input count.
+    fn penalize(
         &self,
-        k: usize,
-        _: &SVector<f64, NX>,
-        u: Option<&SVector<f64, NU>>,
-        visit: &mut dyn FnMut(f64),
-    ) {
-        let Some(u) = u else { return };
-        for i in 0..NU {
-            let (low, high) = self.limits(k, i);
-            visit(u[i] - low);
-            visit(high - u[i]);
-        }
-    }
-    fn rows(
-        &self,
-        k: usize,
-        _: &SVector<f64, NX>,
-        u: Option<&SVector<f64, NU>>,
-        visit: &mut dyn FnMut(f64, &SVector<f64, NX>, &SVector<f64, NU>),
-    ) {
-        let Some(u) = u else { return };
-        let none = SVector::zeros();
-        let mut row = SVector::zeros();
-        for i in 0..NU {
-            let (low, high) = self.limits(k, i);
-            row[i] = 1.0;
-            visit(u[i] - low, &none, &row);
-            row[i] = -1.0;
-            visit(high - u[i], &none, &row);
-            row[i] = 0.0;
-        }
+        along: &Horizon<'_, NX, NU>,
+        models: Option<&mut [Expansion<NX, NU>]>,
+    ) -> Penalty {
+        knot_by_knot(self, along, models)
     }
 }
 
-/// Lower and upper limits of some states.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StateBox {
-    /// (index of the state, low, high).
-    pub limits: Vec<(usize, f64, f64)>,
-    /// Barrier of each side.
-    pub barrier: Barrier,
+/// States, inputs and the weight of their barriers.
+#[derive(Clone, Copy, Debug)]
+pub struct Horizon<'a, const NX: usize, const NU: usize> {
+    /// One more than inputs.
+    pub states: &'a [SVector<f64, NX>],
+    /// Inputs between the states.
+    pub inputs: &'a [SVector<f64, NU>],
+    /// Weight of every barrier: the time between knots, since barriers are integrals, s.
+    pub weight: f64,
 }
 
-impl<const NX: usize, const NU: usize> Constraint<NX, NU> for StateBox {
-    fn name(&self) -> &'static str {
-        "state limits"
+/// What the barriers of a group come to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Penalty {
+    /// Weighted sum of the barriers.
+    pub sum: f64,
+    /// Least z; where all lie beyond a cut-off it may be infinite.
+    pub least: f64,
+}
+
+fn knot_by_knot<const NX: usize, const NU: usize>(
+    constraint: &(impl Constraint<NX, NU> + ?Sized),
+    along: &Horizon<'_, NX, NU>,
+    mut models: Option<&mut [Expansion<NX, NU>]>,
+) -> Penalty {
+    let barrier = constraint.barrier();
+    let mut sum = 0.0;
+    let mut least = f64::INFINITY;
+    for (k, x) in along.states.iter().enumerate() {
+        let u = along.inputs.get(k);
+        if k > 0 && models.is_none() {
+            constraint.values(k, x, u, &mut |z| {
+                sum += barrier.value(z);
+                least = least.min(z);
+            });
+            continue;
+        }
+        constraint.rows(k, x, u, &mut |z, zx, zu| {
+            if k == 0 && zu.iter().all(|&v| v == 0.0) {
+                return;
+            }
+            let (value, slope, curvature) = barrier.eval(z);
+            sum += value;
+            least = least.min(z);
+            if let Some(models) = &mut models {
+                let (slope, curvature) = (along.weight * slope, along.weight * curvature);
+                add_row(&mut models[k], k, slope, curvature, zx, zu);
+            }
+        });
     }
-    fn barrier(&self) -> Barrier {
-        self.barrier
+    Penalty {
+        sum: along.weight * sum,
+        least,
     }
-    fn values(
-        &self,
-        _: usize,
-        x: &SVector<f64, NX>,
-        _: Option<&SVector<f64, NU>>,
-        visit: &mut dyn FnMut(f64),
-    ) {
-        for &(i, low, high) in &self.limits {
-            visit(x[i] - low);
-            visit(high - x[i]);
+}
+
+/// Adds the Gauss-Newton model of one barrier term: `slope` and `curvature` times the constraint's gradient.
+fn add_row<const NX: usize, const NU: usize>(
+    model: &mut Expansion<NX, NU>,
+    k: usize,
+    slope: f64,
+    curvature: f64,
+    zx: &SVector<f64, NX>,
+    zu: &SVector<f64, NU>,
+) {
+    if slope == 0.0 && curvature == 0.0 {
+        return;
+    }
+    // The first state is given, so state rows there say nothing.
+    if k > 0 {
+        for j in 0..NX {
+            if zx[j] != 0.0 {
+                model.x[j] += slope * zx[j];
+                let c = curvature * zx[j];
+                for i in 0..NX {
+                    model.xx[(i, j)] += c * zx[i];
+                }
+            }
         }
     }
-    fn rows(
-        &self,
-        _: usize,
-        x: &SVector<f64, NX>,
-        _: Option<&SVector<f64, NU>>,
-        visit: &mut dyn FnMut(f64, &SVector<f64, NX>, &SVector<f64, NU>),
-    ) {
-        let none = SVector::zeros();
-        let mut row = SVector::zeros();
-        for &(i, low, high) in &self.limits {
-            row[i] = 1.0;
-            visit(x[i] - low, &row, &none);
-            row[i] = -1.0;
-            visit(high - x[i], &row, &none);
-            row[i] = 0.0;
+    for j in 0..NU {
+        if zu[j] != 0.0 {
+            model.u[j] += slope * zu[j];
+            for i in 0..NU {
+                model.uu[(i, j)] += curvature * zu[i] * zu[j];
+            }
+            if k > 0 {
+                for i in 0..NX {
+                    model.ux[(j, i)] += curvature * zu[j] * zx[i];
+                }
+            }
         }
     }
 }

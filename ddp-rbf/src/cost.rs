@@ -88,6 +88,25 @@ impl<const NX: usize, const NU: usize> Tracking<NX, NU> {
             terminal_weight,
         }
     }
+
+    /// Makes the reference of an angle continuous and brings it to within half a turn of `near` (rad), the present angle:
+    /// whole turns are added, so that a heading that wraps from pi to -pi is not tracked the long way round. For angles
+    /// without end stops only; a joint with limits is where it is.
+    #[must_use]
+    pub fn unwrapped(mut self, index: usize, near: f64) -> Self {
+        let turn = std::f64::consts::TAU;
+        let mut last = near;
+        for x in &mut self.states {
+            if let Some(angle) = x.as_mut_slice().get_mut(index) {
+                let moved = *angle + turn * ((last - *angle) / turn).round();
+                if moved.is_finite() {
+                    *angle = moved;
+                    last = moved;
+                }
+            }
+        }
+        self
+    }
 }
 
 impl<const NX: usize, const NU: usize> CostModel<NX, NU> for Tracking<NX, NU> {

@@ -35,11 +35,19 @@ pub enum Error {
         /// Knots needed.
         needed: usize,
     },
+    /// A robot of spheres that does not fit together.
+    #[error("{what} ({index})")]
+    Chain {
+        /// What is wrong.
+        what: &'static str,
+        /// Which joint, sphere or size.
+        index: usize,
+    },
     /// A model whose Jacobian disagrees with finite differences.
-    #[error(
-        "Jacobian of the flow, row {row}, column {column}: {given}, finite differences say {expected}"
-    )]
+    #[error("{what}, row {row}, column {column}: {given}, finite differences say {expected}")]
     Jacobian {
+        /// Which derivative.
+        what: &'static str,
         /// Row.
         row: usize,
         /// Column; inputs count on from the states.
@@ -48,6 +56,16 @@ pub enum Error {
         given: f64,
         /// What central differences say.
         expected: f64,
+    },
+    /// A constraint group whose rows are not those of its values.
+    #[error(
+        "{group}: constraint {index} differs between rows and values, or is visited by one only"
+    )]
+    Visits {
+        /// Name of the group.
+        group: &'static str,
+        /// Number of the constraint.
+        index: usize,
     },
 }
 

@@ -29,23 +29,41 @@
 //! ```
 
 mod barrier;
+mod chain;
 mod check;
+mod clearance;
 mod constraint;
 mod cost;
+mod elementary;
 mod error;
+mod field;
 mod guard;
+mod kinematic;
+mod limits;
 mod mpc;
 pub mod ode;
+#[cfg(feature = "clarabel")]
+mod projection;
+mod riccati;
 mod robot;
+mod safety;
+mod simd;
 mod solver;
 
 pub use barrier::Barrier;
-pub use check::check_jacobians;
-pub use constraint::{Constraint, Field, InputBox, StateBox};
+pub use chain::{Chain, Joint, LinkSphere, MAX_JOINTS, MAX_SPHERES};
+pub use check::{check_constraint, check_cost, check_jacobians, check_step};
+pub use clearance::{PairClearance, PlaneClearance, SphereClearance};
+pub use constraint::{Constraint, Horizon, Penalty};
 pub use cost::{CostModel, Expansion, Tracking};
 pub use error::Error;
+pub use field::{BoxField, Field, GridField};
 pub use guard::{GuardParams, Verdict, guard};
-pub use mpc::Mpc;
+pub use kinematic::{Accelerated, DriveArm};
+pub use limits::{HalfSpaces, InputBox, StateBox};
+pub use mpc::{Mpc, Statistics};
 pub use nalgebra;
-pub use robot::Robot;
-pub use solver::{Options, Report, Solver, Status};
+pub use robot::{Linear, Robot};
+pub use safety::{Braking, Counts, SafetyLayer, SafetyParams};
+pub use simd::{LANES, Lanes};
+pub use solver::{Group, Options, Report, Solver, Status};

@@ -29,6 +29,28 @@ pub trait Robot<const NX: usize, const NU: usize> {
     ) -> (SMatrix<f64, NX, NX>, SMatrix<f64, NX, NU>) {
         rk4_sensitivity(self, x, u, dt)
     }
+    /// [`linearize`](Self::linearize) along a whole horizon; a robot that can do many knots at once overrides it. `out` has
+    /// one entry per input; what it holds before is arbitrary.
+    fn linearize_all(
+        &self,
+        states: &[SVector<f64, NX>],
+        inputs: &[SVector<f64, NU>],
+        dt: f64,
+        out: &mut [Linear<NX, NU>],
+    ) {
+        for ((x, u), out) in states.iter().zip(inputs).zip(out) {
+            (out.a, out.b) = self.linearize(x, u, dt);
+        }
+    }
+}
+
+/// Derivatives of a step by state and by input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Linear<const NX: usize, const NU: usize> {
+    /// By state.
+    pub a: SMatrix<f64, NX, NX>,
+    /// By input.
+    pub b: SMatrix<f64, NX, NU>,
 }
 
 impl<const NX: usize, const NU: usize, R: Robot<NX, NU> + ?Sized> Robot<NX, NU> for &R {
@@ -52,5 +74,14 @@ impl<const NX: usize, const NU: usize, R: Robot<NX, NU> + ?Sized> Robot<NX, NU> 
         dt: f64,
     ) -> (SMatrix<f64, NX, NX>, SMatrix<f64, NX, NU>) {
         (**self).linearize(x, u, dt)
+    }
+    fn linearize_all(
+        &self,
+        states: &[SVector<f64, NX>],
+        inputs: &[SVector<f64, NU>],
+        dt: f64,
+        out: &mut [Linear<NX, NU>],
+    ) {
+        (**self).linearize_all(states, inputs, dt, out);
     }
 }

@@ -1,9 +1,11 @@
 //! Gauss-Newton DDP with multiple shooting: backward Riccati pass, non-linear roll-out that closes the gaps, line search.
 
-use crate::constraint::Constraint;
+use crate::constraint::{Constraint, Horizon};
 use crate::cost::{CostModel, Expansion};
 use crate::error::{Error, positive};
-use crate::robot::Robot;
+use crate::riccati::{Backward, Expected, Pattern, Policy, backward_dense, fits};
+use crate::robot::{Linear, Robot};
+use crate::simd::dispatch;
 use nalgebra::{SMatrix, SVector};
 
 /// Effort and tolerances.
@@ -27,6 +29,17 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// For control: at most three iterations from a warm start, and few halvings, since the next control step comes soon.
+    pub fn real_time() -> Self {
+        Self {
+            iterations: 3,
+            halvings: 3,
+            ..Self::default()
+        }
+    }
+}
+
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
@@ -34,12 +47,14 @@ pub enum Status {
     Converged,
     /// The iterations ran out.
     IterationLimit,
+    /// The caller's clock ran out.
+    OutOfTime,
     /// No step along the search direction improved the merit.
     Stalled,
 }
 
 /// What a solve did.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
     /// How it ended.
     pub status: Status,
@@ -49,35 +64,47 @@ pub struct Report {
     pub gap: f64,
     /// Iterations done.
     pub iterations: usize,
-    /// Length of the last step taken, 1 = full.
+    /// Length of the last step taken, 1 = full; 0 if none was.
     pub step: f64,
+    /// Steps that were halved, over all iterations.
+    pub halved: usize,
     /// Regularisation at the end.
     pub regularization: f64,
-    /// Least z of each constraint group along the solution, with its name.
-    pub margins: Vec<(&'static str, f64)>,
+    /// Decrease of the objective that the last backward pass promised for a full step.
+    pub expected: f64,
 }
 
-/// One knot's linear-quadratic model and policy.
+/// What one group of constraints comes to along the solution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Group {
+    /// Name of the group.
+    pub name: &'static str,
+    /// Least z; below zero it is violated. Beyond a cut-off it may be infinite.
+    pub least: f64,
+    /// Weighted sum of its barriers.
+    pub penalty: f64,
+}
+
+/// One trajectory with its quadratic models.
 #[derive(Clone, Debug)]
-struct Knot<const NX: usize, const NU: usize> {
-    a: SMatrix<f64, NX, NX>,
-    b: SMatrix<f64, NX, NU>,
-    model: Expansion<NX, NU>,
-    /// Defect: f(x_k, u_k) - x_{k+1}.
-    gap: SVector<f64, NX>,
-    feedforward: SVector<f64, NU>,
-    feedback: SMatrix<f64, NU, NX>,
+struct Trajectory<const NX: usize, const NU: usize> {
+    xs: Vec<SVector<f64, NX>>,
+    us: Vec<SVector<f64, NU>>,
+    models: Vec<Expansion<NX, NU>>,
+    groups: Vec<Group>,
 }
 
 /// A horizon of `n` inputs and `n + 1` states; all memory is allocated at construction.
 #[derive(Clone, Debug)]
 pub struct Solver<const NX: usize, const NU: usize> {
     dt: f64,
-    xs: Vec<SVector<f64, NX>>,
-    us: Vec<SVector<f64, NU>>,
-    trial_xs: Vec<SVector<f64, NX>>,
-    trial_us: Vec<SVector<f64, NU>>,
-    knots: Vec<Knot<NX, NU>>,
+    now: Trajectory<NX, NU>,
+    trial: Trajectory<NX, NU>,
+    linear: Vec<Linear<NX, NU>>,
+    /// Defects: f(x_k, u_k) - x_{k+1}.
+    gaps: Vec<SVector<f64, NX>>,
+    policies: Vec<Policy<NX, NU>>,
+    pattern: Pattern,
     regularization: f64,
     /// Weight of the gaps in the merit; only ever raised during a solve.
     gap_weight: f64,
@@ -85,6 +112,9 @@ pub struct Solver<const NX: usize, const NU: usize> {
 
 /// Constraints as the solver takes them.
 type Constraints<'a, const NX: usize, const NU: usize> = [&'a dyn Constraint<NX, NU>];
+
+/// Groups of constraints for which there is room without allocating.
+const GROUPS: usize = 16;
 
 impl<const NX: usize, const NU: usize> Solver<NX, NU> {
     /// A horizon of `knots` steps of `dt` s, all zero.
@@ -96,21 +126,28 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
         if knots == 0 {
             return Err(Error::NoKnots);
         }
-        let knot = Knot {
+        let trajectory = || Trajectory {
+            xs: vec![SVector::zeros(); knots + 1],
+            us: vec![SVector::zeros(); knots],
+            models: vec![Expansion::zeros(); knots + 1],
+            groups: Vec::with_capacity(GROUPS),
+        };
+        let linear = Linear {
             a: SMatrix::zeros(),
             b: SMatrix::zeros(),
-            model: Expansion::zeros(),
-            gap: SVector::zeros(),
+        };
+        let policy = Policy {
             feedforward: SVector::zeros(),
             feedback: SMatrix::zeros(),
         };
         Ok(Self {
             dt,
-            xs: vec![SVector::zeros(); knots + 1],
-            us: vec![SVector::zeros(); knots],
-            trial_xs: vec![SVector::zeros(); knots + 1],
-            trial_us: vec![SVector::zeros(); knots],
-            knots: vec![knot; knots + 1],
+            now: trajectory(),
+            trial: trajectory(),
+            linear: vec![linear; knots],
+            gaps: vec![SVector::zeros(); knots],
+            policies: vec![policy; knots],
+            pattern: Pattern::with_capacity(NX, NU),
             regularization: 0.0,
             gap_weight: 0.0,
         })
@@ -123,17 +160,28 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
 
     /// States of the solution, one more than inputs.
     pub fn states(&self) -> &[SVector<f64, NX>] {
-        &self.xs
+        &self.now.xs
     }
 
     /// Inputs of the solution.
     pub fn inputs(&self) -> &[SVector<f64, NU>] {
-        &self.us
+        &self.now.us
     }
 
-    /// Feedback gain of the first knot: `u = inputs()[0] + gain (x - states()[0])`.
+    /// Groups of constraints along the solution, in the order they were given.
+    pub fn groups(&self) -> &[Group] {
+        &self.now.groups
+    }
+
+    /// Feedback gain of the first knot: `u = inputs()[0] + gain (x - states()[0])`. It is the last backward pass's, taken at
+    /// the trajectory before the last step.
     pub fn gain(&self) -> &SMatrix<f64, NU, NX> {
-        &self.knots[0].feedback
+        &self.policies[0].feedback
+    }
+
+    /// Feedback gain of knot `k`, if there is one.
+    pub fn gain_at(&self, k: usize) -> Option<&SMatrix<f64, NU, NX>> {
+        self.policies.get(k).map(|p| &p.feedback)
     }
 
     /// Sets the guess the next solve starts from. The states need not fit the inputs.
@@ -145,42 +193,30 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
         states: &[SVector<f64, NX>],
         inputs: &[SVector<f64, NU>],
     ) -> Result<(), Error> {
-        let n = self.us.len();
-        if states.len() < n + 1 {
-            return Err(Error::TooShort {
-                what: "guess of states",
-                given: states.len(),
-                needed: n + 1,
-            });
-        }
-        if inputs.len() < n {
-            return Err(Error::TooShort {
-                what: "guess of inputs",
-                given: inputs.len(),
-                needed: n,
-            });
-        }
+        let n = self.now.us.len();
+        long_enough("guess of states", states.len(), n + 1)?;
+        long_enough("guess of inputs", inputs.len(), n)?;
         for (knot, x) in states[..=n].iter().enumerate() {
             finite("guess of states", knot, x.as_slice())?;
         }
         for (knot, u) in inputs[..n].iter().enumerate() {
             finite("guess of inputs", knot, u.as_slice())?;
         }
-        self.xs.copy_from_slice(&states[..=n]);
-        self.us.copy_from_slice(&inputs[..n]);
+        self.now.xs.copy_from_slice(&states[..=n]);
+        self.now.us.copy_from_slice(&inputs[..n]);
         Ok(())
     }
 
     pub(crate) fn guess_mut(&mut self) -> (&mut Vec<SVector<f64, NX>>, &mut Vec<SVector<f64, NU>>) {
-        (&mut self.xs, &mut self.us)
+        (&mut self.now.xs, &mut self.now.us)
     }
 
     /// Minimises cost and barriers from `x0`, starting from the present guess. The solution is never worse in merit than the
     /// guess, whenever it ends.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `x0`, [`Error::TooShort`] for a reference shorter than the horizon, [`Error::Param`] for a bad
-    /// barrier.
+    /// [`Error::NotFinite`] for `x0` or for an objective that is not finite at the guess, [`Error::TooShort`] for a reference
+    /// shorter than the horizon, [`Error::Param`] for a bad barrier.
     pub fn solve(
         &mut self,
         robot: &(impl Robot<NX, NU> + ?Sized),
@@ -189,43 +225,65 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
         x0: &SVector<f64, NX>,
         options: &Options,
     ) -> Result<Report, Error> {
+        self.solve_until(robot, cost, constraints, x0, options, &mut || false)
+    }
+
+    /// [`solve`](Self::solve) with a limit of time: `out_of_time` is asked before every iteration after the first.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn solve_until(
+        &mut self,
+        robot: &(impl Robot<NX, NU> + ?Sized),
+        cost: &(impl CostModel<NX, NU> + ?Sized),
+        constraints: &Constraints<'_, NX, NU>,
+        x0: &SVector<f64, NX>,
+        options: &Options,
+        out_of_time: &mut dyn FnMut() -> bool,
+    ) -> Result<Report, Error> {
         finite("x0", 0, x0.as_slice())?;
-        let n = self.us.len();
-        if cost.knots() < n {
-            return Err(Error::TooShort {
-                what: "reference",
-                given: cost.knots(),
-                needed: n,
+        self.check(cost, constraints)?;
+        let was = std::mem::replace(&mut self.now.xs[0], *x0);
+        self.gap_weight = 0.0;
+        let mut objective = self.now.evaluate(self.dt, cost, constraints, true);
+        let mut gap = self.open_gaps(robot);
+        if !(objective.is_finite() && gap.is_finite()) {
+            self.now.xs[0] = was;
+            return Err(Error::NotFinite {
+                what: "the objective or a step from the guess",
+                knot: 0,
+                entry: 0,
             });
         }
-        for constraint in constraints {
-            constraint.barrier().validate()?;
-        }
-        self.xs[0] = *x0;
-        self.gap_weight = 0.0;
-        let mut objective = objective(&self.xs, &self.us, self.dt, cost, constraints);
+        self.linearize(robot);
         let mut report = Report {
             status: Status::IterationLimit,
             cost: objective,
             gap: 0.0,
             iterations: 0,
             step: 0.0,
+            halved: 0,
             regularization: self.regularization,
-            margins: Vec::new(),
+            expected: 0.0,
         };
-        let mut gap = self.expand(robot, cost, constraints);
         while report.iterations < options.iterations {
+            if report.iterations > 0 && out_of_time() {
+                report.status = Status::OutOfTime;
+                break;
+            }
             report.iterations += 1;
-            let Some((linear, quadratic)) = self.backward() else {
+            let Some(Expected { linear, quadratic }) = self.backward(gap > 0.0) else {
                 // Levenberg: an input Hessian that is not positive definite gets more on its diagonal.
                 self.regularization = (self.regularization * 10.0).max(1e-9);
                 if self.regularization > 1e9 {
+                    self.regularization = 0.0;
                     report.status = Status::Stalled;
                     break;
                 }
                 continue;
             };
             let expected = linear + 0.5 * quadratic;
+            report.expected = -expected;
             if -expected < options.tolerance && gap < 1e-9 {
                 report.status = Status::Converged;
                 break;
@@ -237,15 +295,22 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
             let merit = objective + self.gap_weight * gap;
             let mut alpha = 1.0;
             let mut taken = None;
-            for _ in 0..=options.halvings {
-                let new = self.roll_out(robot, cost, constraints, x0, alpha);
+            for halving in 0..=options.halvings {
+                self.roll_out(robot, x0, alpha);
+                // The full step is usually taken: its models are made at once.
+                let first = halving == 0;
+                let new = self.trial.evaluate(self.dt, cost, constraints, first);
                 let trial = new + self.gap_weight * (1.0 - alpha) * gap;
                 let model = alpha * linear + 0.5 * alpha * alpha * quadratic
                     - alpha * self.gap_weight * gap;
                 if trial.is_finite() && trial <= merit + 1e-4 * model.min(0.0) {
+                    if !first {
+                        self.trial.evaluate(self.dt, cost, constraints, true);
+                    }
                     taken = Some(new);
                     break;
                 }
+                report.halved += 1;
                 alpha *= 0.5;
             }
             let Some(new) = taken else {
@@ -256,8 +321,7 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
                 self.regularization = (self.regularization * 10.0).max(1e-6);
                 continue;
             };
-            std::mem::swap(&mut self.xs, &mut self.trial_xs);
-            std::mem::swap(&mut self.us, &mut self.trial_us);
+            std::mem::swap(&mut self.now, &mut self.trial);
             objective = new;
             report.step = alpha;
             self.regularization = if self.regularization > 1e-9 {
@@ -265,201 +329,224 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
             } else {
                 0.0
             };
-            gap = self.expand(robot, cost, constraints);
+            // The roll-out kept exactly this share of each gap.
+            for g in &mut self.gaps {
+                *g *= 1.0 - alpha;
+            }
+            gap *= 1.0 - alpha;
+            self.linearize(robot);
         }
         report.cost = objective;
         report.gap = gap;
         report.regularization = self.regularization;
-        report.margins = constraints
-            .iter()
-            .map(|constraint| {
-                let mut least = f64::INFINITY;
-                for k in 0..=n {
-                    let mut look = |z: f64| least = least.min(z);
-                    if k > 0 {
-                        constraint.values(k, &self.xs[k], self.us.get(k), &mut look);
-                    } else {
-                        values_of_inputs(*constraint, &self.xs[0], &self.us[0], &mut look);
-                    }
-                }
-                (constraint.name(), least)
-            })
-            .collect();
         Ok(report)
     }
 
-    /// Linear-quadratic models at all knots; returns the sum of absolute gaps.
-    fn expand(
+    /// The part of an iteration that can be done before the state is measured: models, sensitivities and the backward pass
+    /// at the present guess. Then [`reaction`](Self::reaction) is the input for any measured state near the guess, and
+    /// [`commit`](Self::commit) takes the step.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn prepare(
         &mut self,
         robot: &(impl Robot<NX, NU> + ?Sized),
         cost: &(impl CostModel<NX, NU> + ?Sized),
         constraints: &Constraints<'_, NX, NU>,
-    ) -> f64 {
-        let n = self.us.len();
-        let mut gap = 0.0;
-        for k in 0..=n {
-            let knot = &mut self.knots[k];
-            let (x, u) = (&self.xs[k], self.us.get(k));
-            knot.model = Expansion::zeros();
-            match u {
-                Some(u) => {
-                    cost.expand_stage(k, x, u, &mut knot.model);
-                    (knot.a, knot.b) = robot.linearize(x, u, self.dt);
-                    knot.gap = robot.step(x, u, self.dt) - self.xs[k + 1];
-                    gap += knot.gap.abs().sum();
+    ) -> Result<Report, Error> {
+        self.check(cost, constraints)?;
+        let objective = self.now.evaluate(self.dt, cost, constraints, true);
+        let gap = self.open_gaps(robot);
+        if !(objective.is_finite() && gap.is_finite()) {
+            return Err(Error::NotFinite {
+                what: "the objective or a step from the guess",
+                knot: 0,
+                entry: 0,
+            });
+        }
+        self.linearize(robot);
+        self.regularization = 0.0;
+        let mut report = Report {
+            status: Status::IterationLimit,
+            cost: objective,
+            gap,
+            iterations: 1,
+            step: 0.0,
+            halved: 0,
+            regularization: 0.0,
+            expected: 0.0,
+        };
+        loop {
+            if let Some(e) = self.backward(gap > 0.0) {
+                report.expected = -(e.linear + 0.5 * e.quadratic);
+                report.regularization = self.regularization;
+                return Ok(report);
+            }
+            self.regularization = (self.regularization * 10.0).max(1e-9);
+            if self.regularization > 1e9 {
+                self.regularization = 0.0;
+                report.status = Status::Stalled;
+                for policy in &mut self.policies {
+                    policy.feedforward = SVector::zeros();
+                    policy.feedback = SMatrix::zeros();
                 }
-                None => cost.expand_terminal(x, &mut knot.model),
-            }
-            for constraint in constraints {
-                let barrier = constraint.barrier();
-                let model = &mut knot.model;
-                constraint.rows(k, x, u, &mut |z, zx, zu| {
-                    let (_, slope, curvature) = barrier.eval(z);
-                    add_row(model, k, self.dt * slope, self.dt * curvature, zx, zu);
-                });
+                return Ok(report);
             }
         }
-        gap
     }
 
-    /// Riccati recursion from the last knot; `None` if an input Hessian is not positive definite. Returns the linear and the
-    /// quadratic part of the expected change of the objective for a full step.
-    fn backward(&mut self) -> Option<(f64, f64)> {
-        let n = self.us.len();
-        let last = &self.knots[n].model;
-        let (mut vx, mut vxx) = (last.x, last.xx);
-        let (mut linear, mut quadratic) = (0.0, 0.0);
-        for k in (0..n).rev() {
-            let knot = &mut self.knots[k];
-            // The gap shifts where the next knot's model is looked at.
-            let shifted = vx + vxx * knot.gap;
-            linear += vx.dot(&knot.gap);
-            quadratic += knot.gap.dot(&(vxx * knot.gap));
-            let pa = vxx * knot.a;
-            let pb = vxx * knot.b;
-            let qx = knot.model.x + knot.a.tr_mul(&shifted);
-            let qu = knot.model.u + knot.b.tr_mul(&shifted);
-            let qxx = knot.model.xx + knot.a.tr_mul(&pa);
-            let qux = knot.model.ux + knot.b.tr_mul(&pa);
-            let mut quu = knot.model.uu + knot.b.tr_mul(&pb);
-            for i in 0..NU {
-                quu[(i, i)] += self.regularization;
-            }
-            let factor = quu.cholesky()?;
-            knot.feedforward = -factor.solve(&qu);
-            knot.feedback = -factor.solve(&qux);
-            if !knot.feedforward.iter().all(|v| v.is_finite()) {
-                return None;
-            }
-            linear += qu.dot(&knot.feedforward);
-            quadratic += knot.feedforward.dot(&(quu * knot.feedforward));
-            vx = qx
-                + knot.feedback.tr_mul(&(quu * knot.feedforward + qu))
-                + qux.tr_mul(&knot.feedforward);
-            vxx = qxx
-                + knot.feedback.tr_mul(&(quu * knot.feedback + qux))
-                + qux.tr_mul(&knot.feedback);
-            vxx = (vxx + vxx.transpose()) * 0.5;
+    /// The first input for a measured state, by the prepared policy.
+    pub fn reaction(&self, x0: &SVector<f64, NX>) -> SVector<f64, NU> {
+        let policy = &self.policies[0];
+        self.now.us[0] + policy.feedforward + policy.feedback * (x0 - self.now.xs[0])
+    }
+
+    /// Takes the full step of the prepared policy from a measured state.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if `x0` or the roll-out is not finite; the guess then stays as it was.
+    pub fn commit(
+        &mut self,
+        robot: &(impl Robot<NX, NU> + ?Sized),
+        x0: &SVector<f64, NX>,
+    ) -> Result<(), Error> {
+        finite("x0", 0, x0.as_slice())?;
+        self.roll_out(robot, x0, 1.0);
+        for (knot, x) in self.trial.xs.iter().enumerate() {
+            finite("the prepared step's roll-out", knot, x.as_slice())?;
         }
-        Some((linear, quadratic))
+        std::mem::swap(&mut self.now, &mut self.trial);
+        Ok(())
     }
 
-    /// Rolls the policy out with step length `alpha`; each gap shrinks by the same share. Returns the objective.
+    fn check(
+        &self,
+        cost: &(impl CostModel<NX, NU> + ?Sized),
+        constraints: &Constraints<'_, NX, NU>,
+    ) -> Result<(), Error> {
+        long_enough("reference", cost.knots(), self.now.us.len())?;
+        constraints.iter().try_for_each(|c| c.validate())
+    }
+
+    /// Defects of the guess; returns the sum of their magnitudes.
+    fn open_gaps(&mut self, robot: &(impl Robot<NX, NU> + ?Sized)) -> f64 {
+        let mut sum = 0.0;
+        for (k, gap) in self.gaps.iter_mut().enumerate() {
+            let next = robot.step(&self.now.xs[k], &self.now.us[k], self.dt);
+            *gap = next - self.now.xs[k + 1];
+            sum += gap.iter().map(|v| v.abs()).sum::<f64>();
+        }
+        sum
+    }
+
+    fn linearize(&mut self, robot: &(impl Robot<NX, NU> + ?Sized)) {
+        let (xs, us) = (&self.now.xs, &self.now.us);
+        robot.linearize_all(&xs[..us.len()], us, self.dt, &mut self.linear);
+        self.pattern.find(&self.linear, &self.now.models);
+    }
+
+    fn backward(&mut self, open: bool) -> Option<Expected> {
+        if fits(NX, NU) {
+            dispatch(Backward {
+                linear: &self.linear,
+                models: &self.now.models,
+                gaps: &self.gaps,
+                open,
+                pattern: &self.pattern,
+                regularization: self.regularization,
+                policies: &mut self.policies,
+            })
+        } else {
+            backward_dense(
+                &self.linear,
+                &self.now.models,
+                &self.gaps,
+                self.regularization,
+                &mut self.policies,
+            )
+        }
+    }
+
+    /// Rolls the policy out with step length `alpha`; each gap shrinks by the same share.
     fn roll_out(
         &mut self,
         robot: &(impl Robot<NX, NU> + ?Sized),
-        cost: &(impl CostModel<NX, NU> + ?Sized),
-        constraints: &Constraints<'_, NX, NU>,
         x0: &SVector<f64, NX>,
         alpha: f64,
-    ) -> f64 {
-        self.trial_xs[0] = *x0;
-        for k in 0..self.us.len() {
-            let knot = &self.knots[k];
-            let dx = self.trial_xs[k] - self.xs[k];
-            self.trial_us[k] = self.us[k] + knot.feedforward * alpha + knot.feedback * dx;
-            self.trial_xs[k + 1] = robot.step(&self.trial_xs[k], &self.trial_us[k], self.dt)
-                - knot.gap * (1.0 - alpha);
-        }
-        objective(&self.trial_xs, &self.trial_us, self.dt, cost, constraints)
-    }
-}
-
-/// Constraints at the first knot: its state is given, so only those that depend on the input count.
-fn values_of_inputs<const NX: usize, const NU: usize>(
-    constraint: &dyn Constraint<NX, NU>,
-    x: &SVector<f64, NX>,
-    u: &SVector<f64, NU>,
-    visit: &mut dyn FnMut(f64),
-) {
-    constraint.rows(0, x, Some(u), &mut |z, _, zu| {
-        if zu.iter().any(|&v| v != 0.0) {
-            visit(z);
-        }
-    });
-}
-
-/// Costs and barriers along a trajectory. Barriers are integrals, so each is weighted by `dt`.
-fn objective<const NX: usize, const NU: usize>(
-    xs: &[SVector<f64, NX>],
-    us: &[SVector<f64, NU>],
-    dt: f64,
-    cost: &(impl CostModel<NX, NU> + ?Sized),
-    constraints: &Constraints<'_, NX, NU>,
-) -> f64 {
-    let n = us.len();
-    let mut total = cost.terminal(&xs[n]);
-    for k in 0..n {
-        total += cost.stage(k, &xs[k], &us[k]);
-    }
-    for constraint in constraints {
-        let barrier = constraint.barrier();
-        let mut penalty = 0.0;
-        let mut add = |z: f64| penalty += barrier.value(z);
-        values_of_inputs(*constraint, &xs[0], &us[0], &mut add);
-        for k in 1..=n {
-            constraint.values(k, &xs[k], us.get(k), &mut add);
-        }
-        total += dt * penalty;
-    }
-    total
-}
-
-/// Adds the Gauss-Newton model of one barrier term: `slope` and `curvature` times the constraint's gradient.
-fn add_row<const NX: usize, const NU: usize>(
-    model: &mut Expansion<NX, NU>,
-    k: usize,
-    slope: f64,
-    curvature: f64,
-    zx: &SVector<f64, NX>,
-    zu: &SVector<f64, NU>,
-) {
-    if slope == 0.0 && curvature == 0.0 {
-        return;
-    }
-    // The first state is given, so state rows there say nothing.
-    if k > 0 {
-        for j in 0..NX {
-            if zx[j] != 0.0 {
-                model.x[j] += slope * zx[j];
-                let c = curvature * zx[j];
-                for i in 0..NX {
-                    model.xx[(i, j)] += c * zx[i];
+    ) {
+        let (xs, us) = (&mut self.trial.xs, &mut self.trial.us);
+        xs[0] = *x0;
+        for (k, policy) in self.policies.iter().enumerate() {
+            let dx = xs[k] - self.now.xs[k];
+            let mut u = self.now.us[k] + policy.feedforward * alpha;
+            for i in 0..NX {
+                for j in 0..NU {
+                    u[j] += policy.feedback[(j, i)] * dx[i];
                 }
             }
-        }
-    }
-    for j in 0..NU {
-        if zu[j] != 0.0 {
-            model.u[j] += slope * zu[j];
-            for i in 0..NU {
-                model.uu[(i, j)] += curvature * zu[i] * zu[j];
-            }
-            for i in 0..NX {
-                model.ux[(j, i)] += curvature * zu[j] * zx[i];
+            us[k] = u;
+            xs[k + 1] = robot.step(&xs[k], &u, self.dt);
+            if alpha < 1.0 {
+                xs[k + 1] -= self.gaps[k] * (1.0 - alpha);
             }
         }
     }
+}
+
+impl<const NX: usize, const NU: usize> Trajectory<NX, NU> {
+    /// Costs and barriers along the trajectory, and with `expand` their quadratic models. Barriers are integrals, so each
+    /// is weighted by `dt`.
+    fn evaluate(
+        &mut self,
+        dt: f64,
+        cost: &(impl CostModel<NX, NU> + ?Sized),
+        constraints: &Constraints<'_, NX, NU>,
+        expand: bool,
+    ) -> f64 {
+        let n = self.us.len();
+        let mut total = cost.terminal(&self.xs[n]);
+        if expand {
+            self.models[n] = Expansion::zeros();
+            cost.expand_terminal(&self.xs[n], &mut self.models[n]);
+        }
+        for k in 0..n {
+            let (x, u) = (&self.xs[k], &self.us[k]);
+            total += cost.stage(k, x, u);
+            if expand {
+                let model = &mut self.models[k];
+                *model = Expansion::zeros();
+                cost.expand_stage(k, x, u, model);
+            }
+        }
+        self.groups.clear();
+        let along = Horizon {
+            states: &self.xs,
+            inputs: &self.us,
+            weight: dt,
+        };
+        for constraint in constraints {
+            let models = expand.then_some(&mut self.models[..]);
+            let penalty = constraint.penalize(&along, models);
+            total += penalty.sum;
+            self.groups.push(Group {
+                name: constraint.name(),
+                least: penalty.least,
+                penalty: penalty.sum,
+            });
+        }
+        total
+    }
+}
+
+fn long_enough(what: &'static str, given: usize, needed: usize) -> Result<(), Error> {
+    if given < needed {
+        return Err(Error::TooShort {
+            what,
+            given,
+            needed,
+        });
+    }
+    Ok(())
 }
 
 pub(crate) fn finite(what: &'static str, knot: usize, values: &[f64]) -> Result<(), Error> {

@@ -1,13 +1,14 @@
-//! The mobile manipulator for `ddp-rbf`: planar base and arm as one kinematic model, and its collision constraints
-//! (HEATS eq. 7, 8).
+//! The robot as `ddp_rbf` sees it: motion with exact discrete sensitivities, clearance to a distance field and to itself.
 //!
-//! State x, y, yaw, q1..q6; input v, omega, joint speeds.
+//! State: x, y, yaw of the base, q1..q6; input v, omega, joint speeds. Models and constraints are evaluated for several knots
+//! at once by `ddp_rbf`'s kernels for robots made of spheres.
 
-use crate::body::ARM_SPHERES;
-use crate::frame::Frame;
-use crate::jacobians::point_jacobian;
-use crate::manipulator::{BodyState, MobileManipulator};
-use ddp_rbf::{Barrier, Constraint, Field, Robot};
+use crate::base::BaseShape;
+use crate::manipulator::MobileManipulator;
+use ddp_rbf::{
+    Barrier, Chain, Constraint, DriveArm, Expansion, Field, Horizon, Joint, Linear, LinkSphere,
+    PairClearance, Penalty, PlaneClearance, Robot, SphereClearance,
+};
 use nalgebra::{SMatrix, SVector};
 
 type State = SVector<f64, 9>;
@@ -15,120 +16,139 @@ type Input = SVector<f64, 8>;
 
 /// Height of the base's spheres above the floor, m: the middle of its body.
 const BASE_MIDDLE: f64 = 0.2;
+/// The floor, as a plane that spheres stay above.
+const FLOOR: [[f64; 4]; 1] = [[0.0, 0.0, 1.0, 0.0]];
 
 impl Robot<9, 8> for MobileManipulator {
     fn flow(&self, x: &State, u: &Input) -> State {
-        let (s, c) = x[2].sin_cos();
-        let mut rate = State::zeros();
-        rate[0] = u[0] * c;
-        rate[1] = u[0] * s;
-        rate[2] = u[1];
-        for j in 0..6 {
-            rate[3 + j] = u[2 + j];
-        }
-        rate
+        DriveArm.flow(x, u)
     }
-
     fn jacobians(&self, x: &State, u: &Input) -> (SMatrix<f64, 9, 9>, SMatrix<f64, 9, 8>) {
-        let (s, c) = x[2].sin_cos();
-        let (mut a, mut b) = (SMatrix::zeros(), SMatrix::zeros());
-        a[(0, 2)] = -u[0] * s;
-        a[(1, 2)] = u[0] * c;
-        b[(0, 0)] = c;
-        b[(1, 0)] = s;
-        b[(2, 1)] = 1.0;
-        for j in 0..6 {
-            b[(3 + j, 2 + j)] = 1.0;
-        }
-        (a, b)
+        DriveArm.jacobians(x, u)
     }
-
     /// Runge-Kutta with a held input is Simpson's rule for this system.
     fn step(&self, x: &State, u: &Input, dt: f64) -> State {
-        let (cos, sin) = simpson(x[2], u[1] * dt);
-        let mut next = *x;
-        next[0] += dt * u[0] * cos;
-        next[1] += dt * u[0] * sin;
-        next[2] += dt * u[1];
-        for j in 0..6 {
-            next[3 + j] += dt * u[2 + j];
-        }
-        next
+        DriveArm.step(x, u, dt)
     }
-
     fn linearize(&self, x: &State, u: &Input, dt: f64) -> (SMatrix<f64, 9, 9>, SMatrix<f64, 9, 8>) {
-        let turn = u[1] * dt;
-        let (cos, sin) = simpson(x[2], turn);
-        // Derivatives of the means by the turn: the middle counts half of it, the end all.
-        let ((sm, cm), (se, ce)) = ((x[2] + 0.5 * turn).sin_cos(), (x[2] + turn).sin_cos());
-        let (dcos, dsin) = (-(2.0 * sm + se) / 6.0, (2.0 * cm + ce) / 6.0);
-        let (mut a, mut b) = (SMatrix::identity(), SMatrix::zeros());
-        a[(0, 2)] = -dt * u[0] * sin;
-        a[(1, 2)] = dt * u[0] * cos;
-        b[(0, 0)] = dt * cos;
-        b[(1, 0)] = dt * sin;
-        b[(0, 1)] = dt * u[0] * dcos * dt;
-        b[(1, 1)] = dt * u[0] * dsin * dt;
-        b[(2, 1)] = dt;
-        for j in 0..6 {
-            b[(3 + j, 2 + j)] = dt;
-        }
-        (a, b)
+        DriveArm.linearize(x, u, dt)
+    }
+    fn linearize_all(&self, states: &[State], inputs: &[Input], dt: f64, out: &mut [Linear<9, 8>]) {
+        DriveArm.linearize_all(states, inputs, dt, out);
     }
 }
 
-/// Means of cosine and sine from `yaw` to `yaw + turn` by Simpson's rule.
-fn simpson(yaw: f64, turn: f64) -> (f64, f64) {
-    let ((s0, c0), (s1, c1), (s2, c2)) = (
-        yaw.sin_cos(),
-        (yaw + 0.5 * turn).sin_cos(),
-        (yaw + turn).sin_cos(),
-    );
-    ((c0 + 4.0 * c1 + c2) / 6.0, (s0 + 4.0 * s1 + s2) / 6.0)
+/// The robot's spheres on their chain: first the arm's and the camera's, then the base's circles as spheres at half height.
+#[derive(Clone, Debug)]
+struct Spheres {
+    chain: Chain,
+    /// Indices of the arm's spheres.
+    arm: Vec<usize>,
+    /// Indices of all spheres.
+    all: Vec<usize>,
 }
 
-fn state_of(x: &State) -> BodyState {
-    BodyState {
-        base: [x[0], x[1], x[2]],
-        joints: std::array::from_fn(|j| x[3 + j]),
+impl Spheres {
+    fn new(robot: &MobileManipulator) -> Result<Self, ddp_rbf::Error> {
+        let root = robot.mount.rotation.to_rotation_matrix();
+        let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| root[(i, j)]));
+        let origin = robot.mount.translation.vector;
+        let joints = robot
+            .arm
+            .dh()
+            .map(|[d, a, alpha]| Joint { d, a, alpha })
+            .to_vec();
+        let mut spheres: Vec<LinkSphere> = robot
+            .body
+            .spheres
+            .iter()
+            .map(|s| LinkSphere {
+                link: usize::from(s.link.min(6)),
+                center: s.center,
+                radius: s.radius,
+            })
+            .collect();
+        let arm = (0..spheres.len()).collect();
+        spheres.extend(
+            robot
+                .base_circles()
+                .iter()
+                .map(|&([x, y], radius)| LinkSphere {
+                    link: 0,
+                    center: [x, y, BASE_MIDDLE],
+                    radius,
+                }),
+        );
+        let all = (0..spheres.len()).collect();
+        let chain = Chain::new(
+            true,
+            rows,
+            [origin[0], origin[1], origin[2]],
+            joints,
+            spheres,
+        )?;
+        Ok(Self { chain, arm, all })
     }
 }
 
-/// Every sphere of the robot keeps `margin` from the field's surface, and the arm from the floor (HEATS eq. 7).
+/// Two groups of terms under one name.
+fn both(a: Penalty, b: Penalty) -> Penalty {
+    Penalty {
+        sum: a.sum + b.sum,
+        least: a.least.min(b.least),
+    }
+}
+
+/// Every sphere of the robot keeps a margin from the field's surface, and the arm from the floor (HEATS eq. 7).
+#[derive(Clone, Debug)]
 pub struct FieldClearance<'a, F> {
-    /// The robot.
-    pub robot: &'a MobileManipulator,
-    /// Distance to obstacles.
-    pub field: &'a F,
-    /// Room beyond the spheres, m.
-    pub margin: f64,
-    /// Penalty; a cut-off saves most of the work, since most spheres are far from everything.
-    pub barrier: Barrier,
+    spheres: Spheres,
+    field: &'a F,
+    margin: f64,
+    barrier: Barrier,
 }
 
-impl<F: Field> FieldClearance<'_, F> {
-    /// Visits every sphere: centre, radius and margin, and its link (`None` for the base).
-    fn spheres(&self, x: &State, mut visit: impl FnMut([f64; 3], f64, Option<usize>, &[Frame; 7])) {
-        let state = state_of(x);
-        let frames = self.robot.arm_frames(&state);
-        for s in &self.robot.body.spheres {
-            let link = usize::from(s.link.min(6));
-            visit(
-                frames[link].apply(s.center),
-                s.radius + self.margin,
-                Some(link),
-                &frames,
-            );
-        }
-        let (sin, cos) = x[2].sin_cos();
-        for &([ox, oy], radius) in self.robot.base_circles() {
-            let p = [
-                x[0] + cos * ox - sin * oy,
-                x[1] + sin * ox + cos * oy,
-                BASE_MIDDLE,
-            ];
-            visit(p, radius + self.margin, None, &frames);
-        }
+impl<'a, F: Field> FieldClearance<'a, F> {
+    /// With `margin` m of room beyond the spheres. A cut-off of the barrier saves most of the work, since most spheres are far
+    /// from everything.
+    ///
+    /// # Errors
+    /// [`ddp_rbf::Error::Chain`] for a robot whose figures are not finite.
+    pub fn new(
+        robot: &MobileManipulator,
+        field: &'a F,
+        margin: f64,
+        barrier: Barrier,
+    ) -> Result<Self, ddp_rbf::Error> {
+        Ok(Self {
+            spheres: Spheres::new(robot)?,
+            field,
+            margin,
+            barrier,
+        })
+    }
+
+    fn parts(&self) -> (SphereClearance<'_, F>, PlaneClearance<'_>) {
+        let (chain, margin, barrier) = (&self.spheres.chain, self.margin, self.barrier);
+        (
+            SphereClearance {
+                chain,
+                field: self.field,
+                spheres: &self.spheres.all,
+                margin,
+                on_base: false,
+                barrier,
+                name: "clearance",
+            },
+            PlaneClearance {
+                chain,
+                planes: &FLOOR,
+                spheres: &self.spheres.arm,
+                margin,
+                barrier,
+                name: "clearance",
+            },
+        )
     }
 }
 
@@ -139,110 +159,90 @@ impl<F: Field> Constraint<9, 8> for FieldClearance<'_, F> {
     fn barrier(&self) -> Barrier {
         self.barrier
     }
-    fn values(&self, _: usize, x: &State, _: Option<&Input>, visit: &mut dyn FnMut(f64)) {
-        self.spheres(x, |p, needs, link, _| {
-            visit(self.field.distance(p) - needs);
-            if link.is_some() {
-                visit(p[2] - needs);
-            }
-        });
+    fn values(&self, k: usize, x: &State, u: Option<&Input>, visit: &mut dyn FnMut(f64)) {
+        let (field, floor) = self.parts();
+        field.values(k, x, u, visit);
+        floor.values(k, x, u, visit);
     }
     fn rows(
         &self,
-        _: usize,
+        k: usize,
         x: &State,
-        _: Option<&Input>,
+        u: Option<&Input>,
         visit: &mut dyn FnMut(f64, &State, &Input),
     ) {
-        let end = self.barrier.cutoff.unwrap_or(f64::INFINITY);
-        let none = Input::zeros();
-        self.spheres(x, |p, needs, link, frames| {
-            let (distance, gradient) = self.field.distance_gradient(p);
-            let (z, floor) = (distance - needs, p[2] - needs);
-            if z >= end && (link.is_none() || floor >= end) {
-                return;
-            }
-            let jacobian = match link {
-                Some(link) => point_jacobian(frames, [x[0], x[1], x[2]], p, link),
-                None => base_jacobian(x, p),
-            };
-            if z < end {
-                let row = State::from_fn(|i, _| (0..3).map(|a| gradient[a] * jacobian[a][i]).sum());
-                visit(z, &row, &none);
-            }
-            if link.is_some() && floor < end {
-                visit(floor, &State::from_fn(|i, _| jacobian[2][i]), &none);
-            }
-        });
+        let (field, floor) = self.parts();
+        field.rows(k, x, u, visit);
+        floor.rows(k, x, u, visit);
     }
-}
-
-/// d(point of the base)/d(state).
-fn base_jacobian(x: &State, p: [f64; 3]) -> [[f64; 9]; 3] {
-    let mut jacobian = [[0.0; 9]; 3];
-    jacobian[0][0] = 1.0;
-    jacobian[1][1] = 1.0;
-    jacobian[0][2] = x[1] - p[1];
-    jacobian[1][2] = p[0] - x[0];
-    jacobian
-}
-
-/// The arm keeps `margin` from itself and from the base (HEATS eq. 8).
-pub struct SelfClearance<'a> {
-    /// The robot.
-    pub robot: &'a MobileManipulator,
-    /// Room between spheres, m.
-    pub margin: f64,
-    /// Penalty.
-    pub barrier: Barrier,
-}
-
-impl SelfClearance<'_> {
-    /// Visits every distance in the base frame: z, the gradient's direction, and the sphere or spheres it moves.
-    fn terms(
+    fn penalize(
         &self,
-        centers: &[[f64; 3]; ARM_SPHERES],
-        end: f64,
-        mut visit: impl FnMut(f64, [f64; 3], usize, Option<usize>),
-    ) {
-        let spheres = &self.robot.body.spheres;
-        for &(i, j) in &self.robot.body.pairs {
-            let (i, j) = (usize::from(i), usize::from(j));
-            let way = [0, 1, 2].map(|a| centers[i][a] - centers[j][a]);
-            let norm = way.iter().map(|v| v * v).sum::<f64>().sqrt();
-            let z = norm - spheres[i].radius - spheres[j].radius - self.margin;
-            if z < end {
-                visit(z, way.map(|v| v / norm.max(1e-9)), i, Some(j));
-            }
-        }
-        for (i, s) in spheres.iter().enumerate().filter(|(_, s)| s.link > 1) {
-            let z = self.robot.base.distance(centers[i]) - s.radius - self.margin;
-            if z < end {
-                // The distance to box, pedestal and LiDAR has corners; central differences serve on both sides of them.
-                let h = 1e-5;
-                let gradient = [0, 1, 2].map(|a| {
-                    let (mut high, mut low) = (centers[i], centers[i]);
-                    high[a] += h;
-                    low[a] -= h;
-                    (self.robot.base.distance(high) - self.robot.base.distance(low)) / (2.0 * h)
-                });
-                visit(z, gradient, i, None);
-            }
-        }
+        along: &Horizon<'_, 9, 8>,
+        mut models: Option<&mut [Expansion<9, 8>]>,
+    ) -> Penalty {
+        let (field, floor) = self.parts();
+        let first = field.penalize(along, models.as_deref_mut());
+        both(first, floor.penalize(along, models))
+    }
+}
+
+/// The arm keeps a margin from itself and from the base (HEATS eq. 8).
+#[derive(Clone, Debug)]
+pub struct SelfClearance<'a> {
+    spheres: Spheres,
+    base: &'a BaseShape,
+    pairs: Vec<(usize, usize)>,
+    /// Spheres that can reach the base.
+    movable: Vec<usize>,
+    margin: f64,
+    barrier: Barrier,
+}
+
+impl<'a> SelfClearance<'a> {
+    /// With `margin` m of room between spheres, and between spheres and the base's box, pedestal and LiDAR.
+    ///
+    /// # Errors
+    /// [`ddp_rbf::Error::Chain`] for a robot whose figures are not finite.
+    pub fn new(
+        robot: &'a MobileManipulator,
+        margin: f64,
+        barrier: Barrier,
+    ) -> Result<Self, ddp_rbf::Error> {
+        let pairs = &robot.body.pairs;
+        let body = robot.body.spheres.iter().enumerate();
+        Ok(Self {
+            spheres: Spheres::new(robot)?,
+            base: &robot.base,
+            pairs: pairs
+                .iter()
+                .map(|&(i, j)| (usize::from(i), usize::from(j)))
+                .collect(),
+            // The column stands on the pedestal by design.
+            movable: body.filter(|(_, s)| s.link > 1).map(|(i, _)| i).collect(),
+            margin,
+            barrier,
+        })
     }
 
-    fn centers(&self, x: &State) -> ([Frame; 7], [[f64; 3]; ARM_SPHERES]) {
-        let state = BodyState {
-            base: [0.0; 3],
-            ..state_of(x)
-        };
-        let frames = self.robot.arm_frames(&state);
-        let spheres = &self.robot.body.spheres;
+    fn parts(&self) -> (PairClearance<'_>, SphereClearance<'_, BaseShape>) {
+        let (chain, margin, barrier) = (&self.spheres.chain, self.margin, self.barrier);
         (
-            frames,
-            std::array::from_fn(|i| {
-                frames[usize::from(spheres[i].link.min(6))].apply(spheres[i].center)
-            }),
+            PairClearance {
+                chain,
+                pairs: &self.pairs,
+                margin,
+                barrier,
+                name: "self-clearance",
+            },
+            SphereClearance {
+                chain,
+                field: self.base,
+                spheres: &self.movable,
+                margin,
+                on_base: true,
+                barrier,
+                name: "self-clearance",
+            },
         )
     }
 }
@@ -254,39 +254,85 @@ impl Constraint<9, 8> for SelfClearance<'_> {
     fn barrier(&self) -> Barrier {
         self.barrier
     }
-    fn values(&self, _: usize, x: &State, _: Option<&Input>, visit: &mut dyn FnMut(f64)) {
-        let end = self.barrier.cutoff.unwrap_or(f64::INFINITY);
-        let (_, centers) = self.centers(x);
-        self.terms(&centers, end, |z, _, _, _| visit(z));
+    fn values(&self, k: usize, x: &State, u: Option<&Input>, visit: &mut dyn FnMut(f64)) {
+        let (pairs, base) = self.parts();
+        pairs.values(k, x, u, visit);
+        base.values(k, x, u, visit);
     }
     fn rows(
         &self,
-        _: usize,
+        k: usize,
         x: &State,
-        _: Option<&Input>,
+        u: Option<&Input>,
         visit: &mut dyn FnMut(f64, &State, &Input),
     ) {
-        let end = self.barrier.cutoff.unwrap_or(f64::INFINITY);
-        let none = Input::zeros();
-        let (frames, centers) = self.centers(x);
-        let spheres = &self.robot.body.spheres;
-        let jacobian = |i: usize| {
-            point_jacobian(
-                &frames,
-                [0.0; 3],
-                centers[i],
-                usize::from(spheres[i].link.min(6)),
-            )
-        };
-        self.terms(&centers, end, |z, direction, i, j| {
-            let (here, there) = (jacobian(i), j.map(jacobian));
-            let mut row = State::zeros();
-            for k in 3..9 {
-                row[k] = (0..3)
-                    .map(|a| direction[a] * (here[a][k] - there.map_or(0.0, |t| t[a][k])))
-                    .sum();
-            }
-            visit(z, &row, &none);
-        });
+        let (pairs, base) = self.parts();
+        pairs.rows(k, x, u, visit);
+        base.rows(k, x, u, visit);
     }
+    fn penalize(
+        &self,
+        along: &Horizon<'_, 9, 8>,
+        mut models: Option<&mut [Expansion<9, 8>]>,
+    ) -> Penalty {
+        let (pairs, base) = self.parts();
+        let first = pairs.penalize(along, models.as_deref_mut());
+        both(first, base.penalize(along, models))
+    }
+}
+
+/// Distance to the base's box, pedestal and LiDAR in the base frame. The gradient is that of the nearest of the three; on
+/// edges between two of them it is one of both.
+impl Field for BaseShape {
+    fn distance_gradient(&self, p: [f64; 3]) -> (f64, [f64; 3]) {
+        let half = [0.5 * self.length, 0.5 * self.width, 0.5 * self.height];
+        let from = [p[0], p[1], p[2] - half[2]];
+        let out = [0, 1, 2].map(|a| from[a].abs() - half[a]);
+        let side = [0, 1, 2].map(|a| if from[a] < 0.0 { -1.0 } else { 1.0 });
+        let cuboid = {
+            let above = out.map(|v| v.max(0.0));
+            let length = norm(above);
+            if length > 0.0 {
+                (length, [0, 1, 2].map(|a| side[a] * above[a] / length))
+            } else {
+                let deepest = out[0].max(out[1]).max(out[2]);
+                let mut way = [0.0; 3];
+                let a = (0..3).find(|&a| out[a] == deepest).unwrap_or(2);
+                way[a] = side[a];
+                (deepest, way)
+            }
+        };
+        let pedestal = {
+            let d = [p[0] - self.pedestal[0], p[1] - self.pedestal[1], 0.0];
+            let radial = norm(d);
+            let outward = d.map(|v| v / radial.max(1e-12));
+            let (around, above) = (radial - self.pedestal_radius, p[2] - self.pedestal_top);
+            if around.max(above) > 0.0 {
+                let (a, b) = (around.max(0.0), above.max(0.0));
+                let length = (a * a + b * b).sqrt();
+                (
+                    length,
+                    [outward[0] * a / length, outward[1] * a / length, b / length],
+                )
+            } else if around > above {
+                (around, outward)
+            } else {
+                (above, [0.0, 0.0, 1.0])
+            }
+        };
+        let lidar = {
+            let d = [0, 1, 2].map(|a| p[a] - self.lidar[a]);
+            let length = norm(d);
+            (length - self.lidar_radius, d.map(|v| v / length.max(1e-12)))
+        };
+        let nearer = |a: (f64, [f64; 3]), b: (f64, [f64; 3])| if b.0 < a.0 { b } else { a };
+        nearer(nearer(cuboid, pedestal), lidar)
+    }
+    fn distance(&self, point: [f64; 3]) -> f64 {
+        Self::distance(self, point)
+    }
+}
+
+fn norm(v: [f64; 3]) -> f64 {
+    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
 }

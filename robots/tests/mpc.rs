@@ -5,8 +5,8 @@
 mod common;
 
 use common::Random;
-use ddp_rbf::{Barrier, Constraint, Field, Robot, check_jacobians};
-use nalgebra::SVector;
+use ddp_rbf::{Barrier, Constraint, Expansion, Field, Horizon, Robot, check_jacobians};
+use nalgebra::{SMatrix, SVector};
 use robots::{BodyState, FieldClearance, MobileManipulator, SelfClearance};
 
 type State = SVector<f64, 9>;
@@ -92,17 +92,8 @@ fn rows_agree(c: &impl Constraint<9, 8>, x: &State, skip_kinks: bool) {
 #[test]
 fn constraint_rows_agree_with_differences() {
     let (robot, mut random) = (MobileManipulator::default(), Random(21));
-    let field = FieldClearance {
-        robot: &robot,
-        field: &Ball,
-        margin: 0.03,
-        barrier: Barrier::default(),
-    };
-    let own = SelfClearance {
-        robot: &robot,
-        margin: 0.01,
-        barrier: Barrier::default(),
-    };
+    let field = FieldClearance::new(&robot, &Ball, 0.03, Barrier::default()).unwrap();
+    let own = SelfClearance::new(&robot, 0.01, Barrier::default()).unwrap();
     for _ in 0..60 {
         let (x, _) = sample(&mut random);
         rows_agree(&field, &x, false);
@@ -125,5 +116,47 @@ fn constraint_rows_agree_with_differences() {
                 .iter()
                 .any(|z| (z - nearest).abs() < 1e-12)
         );
+    }
+}
+
+/// All knots at once give what one knot after the other gives.
+#[test]
+fn whole_horizons_agree_with_single_knots() {
+    let (robot, mut random) = (MobileManipulator::default(), Random(22));
+    for barrier in [Barrier::default(), Barrier::default().until(0.3)] {
+        let field = FieldClearance::new(&robot, &Ball, 0.03, barrier).unwrap();
+        let own = SelfClearance::new(&robot, 0.01, barrier).unwrap();
+        let groups: [&dyn Constraint<9, 8>; 2] = [&field, &own];
+        // Seven knots: the last group of four is not full.
+        let states: Vec<State> = (0..8).map(|_| sample(&mut random).0).collect();
+        let inputs = vec![Input::zeros(); 7];
+        for group in groups {
+            let mut models = vec![Expansion::zeros(); 8];
+            let along = Horizon {
+                states: &states,
+                inputs: &inputs,
+                weight: 0.1,
+            };
+            let found = group.penalize(&along, Some(&mut models));
+            let mut sum = 0.0;
+            for (k, x) in states.iter().enumerate().skip(1) {
+                let (mut gradient, mut hessian) = (State::zeros(), SMatrix::<f64, 9, 9>::zeros());
+                group.rows(k, x, None, &mut |z, row, _| {
+                    let (value, slope, curvature) = barrier.eval(z);
+                    sum += 0.1 * value;
+                    gradient += row * (0.1 * slope);
+                    hessian += row * row.transpose() * (0.1 * curvature);
+                });
+                let scale = 1.0 + hessian.amax();
+                assert!((models[k].x - gradient).amax() < 1e-11 * scale);
+                assert!((models[k].xx - hessian).amax() < 1e-11 * scale);
+            }
+            assert_eq!(models[0], Expansion::zeros());
+            assert!(
+                (found.sum - sum).abs() < 1e-11 * (1.0 + sum.abs()),
+                "{} {sum}",
+                found.sum
+            );
+        }
     }
 }

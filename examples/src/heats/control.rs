@@ -160,23 +160,19 @@ impl Controller {
                 .collect(),
             barrier: barrier.until(CUTOFFS.1),
         };
-        let field = FieldClearance {
-            robot: whole.robot,
-            field: &whole.mapper.distance,
-            margin: self.settings.margin,
-            barrier: barrier.until(CUTOFFS.2),
-        };
-        let own = SelfClearance {
-            robot: whole.robot,
-            margin: 0.01,
-            barrier: barrier.until(CUTOFFS.3),
-        };
+        let field = FieldClearance::new(
+            whole.robot,
+            &whole.mapper.distance,
+            self.settings.margin,
+            barrier.until(CUTOFFS.2),
+        )?;
+        let own = SelfClearance::new(whole.robot, 0.01, barrier.until(CUTOFFS.3))?;
         let constraints: [&dyn Constraint<9, 8>; 4] = [&input_box, &joint_box, &field, &own];
         let x0 = state_vector(state.base, &state.joints);
         self.mpc.shift(self.settings.control_period);
         let options = Options {
             iterations: self.settings.iterations,
-            ..Options::default()
+            ..Options::real_time()
         };
         self.mpc
             .step(whole.robot, &cost, &constraints, &x0, &options)?;

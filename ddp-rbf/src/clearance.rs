@@ -1,0 +1,470 @@
+//! Clearance of a robot made of spheres: to a distance field, to half-spaces, and to itself, four knots at a time.
+
+use crate::barrier::{Barrier, Sum};
+use crate::chain::{Chain, MAX_STATES, Placed, cross};
+use crate::constraint::{Constraint, Horizon, Penalty};
+use crate::cost::Expansion;
+use crate::error::Error;
+use crate::field::Field;
+use crate::simd::{Kernel, LANES, Lanes, Portable, Vector, dispatch};
+use nalgebra::SVector;
+
+/// Every chosen sphere keeps a margin from a field's surface (HEATS eq. 7).
+#[derive(Clone, Debug, PartialEq)]
+pub struct SphereClearance<'a, F> {
+    /// The robot.
+    pub chain: &'a Chain,
+    /// Distance to obstacles.
+    pub field: &'a F,
+    /// Indices of the spheres that count.
+    pub spheres: &'a [usize],
+    /// Room beyond the spheres, m.
+    pub margin: f64,
+    /// True if the field moves with the robot's base (its own housing, a tray) and is queried in the base frame; false for
+    /// fields of the world.
+    pub on_base: bool,
+    /// Penalty; a cut-off saves most of the work, since most spheres are far from everything.
+    pub barrier: Barrier,
+    /// Name in reports.
+    pub name: &'static str,
+}
+
+/// Chosen spheres stay on one side of planes: a floor, a wall, a safety fence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneClearance<'a> {
+    /// The robot.
+    pub chain: &'a Chain,
+    /// Planes as unit normal (world) and offset, m: `n . p + offset > 0` inside.
+    pub planes: &'a [[f64; 4]],
+    /// Indices of the spheres that count.
+    pub spheres: &'a [usize],
+    /// Room beyond the spheres, m.
+    pub margin: f64,
+    /// Penalty.
+    pub barrier: Barrier,
+    /// Name in reports.
+    pub name: &'static str,
+}
+
+/// Pairs of the robot's own spheres keep apart (HEATS eq. 8).
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairClearance<'a> {
+    /// The robot.
+    pub chain: &'a Chain,
+    /// Pairs of spheres, by index.
+    pub pairs: &'a [(usize, usize)],
+    /// Room between spheres, m.
+    pub margin: f64,
+    /// Penalty.
+    pub barrier: Barrier,
+    /// Name in reports.
+    pub name: &'static str,
+}
+
+/// The constraints of a group at four knots, one after the other. No closures, for the reason given at [`Chain::place`].
+trait Terms {
+    /// How many there are.
+    fn len(&self) -> usize;
+    /// Asks a field about constraints `from` to `from + CHUNK`, if there is one.
+    fn ask<V: Vector>(&self, placed: &Placed<V>, from: usize, answers: &mut [[Lanes; 4]; CHUNK]);
+    /// Constraint `i`, with the field's answer; `None` if it lies beyond the cut-off at all four knots.
+    fn term<V: Vector>(&self, placed: &Placed<V>, i: usize, answer: &[Lanes; 4])
+    -> Option<Term<V>>;
+    /// Deepest link whose place is needed.
+    fn last(&self) -> usize;
+    /// Whether places in the world are needed.
+    fn world(&self) -> bool;
+    fn chain(&self) -> &Chain;
+    fn penalty(&self) -> Barrier;
+}
+
+/// Constraints whose field is asked at once.
+const CHUNK: usize = 8;
+
+/// One constraint at four knots.
+struct Term<V> {
+    z: V,
+    /// Gradient of z by the point that moves.
+    way: [V; 3],
+    point: [V; 3],
+    /// Joints `first..last` move the point.
+    first: usize,
+    last: usize,
+    /// Whether the base moves it too.
+    base: bool,
+}
+
+impl<F: Field> Terms for SphereClearance<'_, F> {
+    fn len(&self) -> usize {
+        self.spheres.len()
+    }
+    #[inline(always)]
+    fn ask<V: Vector>(&self, placed: &Placed<V>, from: usize, answers: &mut [[Lanes; 4]; CHUNK]) {
+        let mut points = [[[0.0; LANES]; 3]; CHUNK];
+        let n = CHUNK.min(self.spheres.len() - from);
+        for i in 0..n {
+            let center = &placed.centers[self.spheres[from + i]];
+            for a in 0..3 {
+                center[a].store(&mut points[i][a]);
+            }
+        }
+        self.field.batch(&points[..n], &mut answers[..n]);
+    }
+    #[inline(always)]
+    fn term<V: Vector>(
+        &self,
+        placed: &Placed<V>,
+        i: usize,
+        answer: &[Lanes; 4],
+    ) -> Option<Term<V>> {
+        let i = self.spheres[i];
+        let sphere = &self.chain.spheres()[i];
+        Some(Term {
+            z: V::load(&answer[0]) - V::splat(sphere.radius + self.margin),
+            way: [
+                V::load(&answer[1]),
+                V::load(&answer[2]),
+                V::load(&answer[3]),
+            ],
+            point: placed.centers[i],
+            first: 0,
+            last: sphere.link,
+            base: self.chain.is_planar() && !self.on_base,
+        })
+    }
+    fn last(&self) -> usize {
+        deepest(self.chain, self.spheres.iter().copied())
+    }
+    fn world(&self) -> bool {
+        !self.on_base
+    }
+    fn chain(&self) -> &Chain {
+        self.chain
+    }
+    fn penalty(&self) -> Barrier {
+        self.barrier
+    }
+}
+
+impl Terms for PlaneClearance<'_> {
+    fn len(&self) -> usize {
+        self.spheres.len() * self.planes.len()
+    }
+    #[inline(always)]
+    fn ask<V: Vector>(&self, _: &Placed<V>, _: usize, _: &mut [[Lanes; 4]; CHUNK]) {}
+    #[inline(always)]
+    fn term<V: Vector>(&self, placed: &Placed<V>, i: usize, _: &[Lanes; 4]) -> Option<Term<V>> {
+        let (s, plane) = (i / self.planes.len(), i % self.planes.len());
+        let (i, [x, y, z, offset]) = (self.spheres[s], self.planes[plane]);
+        let sphere = &self.chain.spheres()[i];
+        let c = placed.centers[i];
+        let way = [V::splat(x), V::splat(y), V::splat(z)];
+        let height = way[0].mul_add(c[0], way[1].mul_add(c[1], way[2] * c[2]));
+        Some(Term {
+            z: height + V::splat(offset - sphere.radius - self.margin),
+            way,
+            point: c,
+            first: 0,
+            last: sphere.link,
+            base: self.chain.is_planar(),
+        })
+    }
+    fn last(&self) -> usize {
+        deepest(self.chain, self.spheres.iter().copied())
+    }
+    fn world(&self) -> bool {
+        true
+    }
+    fn chain(&self) -> &Chain {
+        self.chain
+    }
+    fn penalty(&self) -> Barrier {
+        self.barrier
+    }
+}
+
+impl Terms for PairClearance<'_> {
+    fn len(&self) -> usize {
+        self.pairs.len()
+    }
+    #[inline(always)]
+    fn ask<V: Vector>(&self, _: &Placed<V>, _: usize, _: &mut [[Lanes; 4]; CHUNK]) {}
+    #[inline(always)]
+    fn term<V: Vector>(&self, placed: &Placed<V>, i: usize, _: &[Lanes; 4]) -> Option<Term<V>> {
+        let all = self.chain.spheres();
+        let (i, j) = self.pairs[i];
+        let (near, far) = if all[i].link <= all[j].link {
+            (i, j)
+        } else {
+            (j, i)
+        };
+        let (a, b) = (&placed.centers[near], &placed.centers[far]);
+        let d = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+        let square = d[0].mul_add(d[0], d[1].mul_add(d[1], d[2] * d[2]));
+        let needs = all[i].radius + all[j].radius + self.margin;
+        // Beyond the cut-off a squared distance is enough to know that nothing pushes.
+        if let Some(end) = self.barrier.cutoff {
+            let far = (needs + end).max(0.0);
+            if V::splat(far * far).all_less(square) {
+                return None;
+            }
+        }
+        let length = square.sqrt();
+        // Keeps the direction finite where centres meet.
+        let inverse = V::splat(1.0) / length.max(V::splat(1e-9));
+        // A push along the line through both centres lifts only the joints between the two links.
+        Some(Term {
+            z: length - V::splat(needs),
+            way: [d[0] * inverse, d[1] * inverse, d[2] * inverse],
+            point: *b,
+            first: all[near].link,
+            last: all[far].link,
+            base: false,
+        })
+    }
+    fn last(&self) -> usize {
+        deepest(self.chain, self.pairs.iter().flat_map(|&(i, j)| [i, j]))
+    }
+    fn world(&self) -> bool {
+        false
+    }
+    fn chain(&self) -> &Chain {
+        self.chain
+    }
+    fn penalty(&self) -> Barrier {
+        self.barrier
+    }
+}
+
+fn deepest(chain: &Chain, spheres: impl Iterator<Item = usize>) -> usize {
+    spheres.map(|i| chain.spheres()[i].link).max().unwrap_or(0)
+}
+
+/// Gradient of a term by the states that move spheres, into `out` from the returned index to `base_states + term.last`.
+#[inline(always)]
+fn row<V: Vector>(
+    term: &Term<V>,
+    placed: &Placed<V>,
+    base_states: usize,
+    out: &mut [V; MAX_STATES],
+) -> usize {
+    let torque = cross(term.point, term.way);
+    for j in term.first..term.last {
+        out[base_states + j] = placed.lift(j, &term.way, &torque);
+    }
+    if !term.base {
+        return base_states + term.first;
+    }
+    let ([x, y], n) = (placed.base, &term.way);
+    out[0] = n[0];
+    out[1] = n[1];
+    // Turning about the base's place.
+    out[2] = x.neg_mul_add(n[1], y.mul_add(n[0], torque[2]));
+    0
+}
+
+/// The penalty of all knots after the first.
+struct Batch<'a, 'm, T, const NX: usize, const NU: usize> {
+    terms: &'a T,
+    along: &'a Horizon<'a, NX, NU>,
+    models: Option<&'m mut [Expansion<NX, NU>]>,
+}
+
+impl<T: Terms, const NX: usize, const NU: usize> Kernel for Batch<'_, '_, T, NX, NU> {
+    type Output = Penalty;
+    #[inline(always)]
+    fn run<V: Vector>(self) -> Penalty {
+        let Self {
+            terms,
+            along,
+            mut models,
+        } = self;
+        let chain = terms.chain();
+        let (last, world, barrier) = (terms.last(), terms.world(), terms.penalty());
+        let base_states = chain.base_states();
+        let states = base_states + last;
+        let n = along.inputs.len();
+        let count = terms.len();
+        let mut total = Penalty {
+            sum: 0.0,
+            least: f64::INFINITY,
+        };
+        let end = V::splat(barrier.cutoff.unwrap_or(f64::INFINITY));
+        let mut placed = Placed::new();
+        let mut answers = [[[0.0; LANES]; 4]; CHUNK];
+        let mut at = [V::zero(); MAX_STATES];
+        let mut slopes = [V::zero(); MAX_STATES];
+        let mut gradient = [V::zero(); MAX_STATES];
+        let mut hessian = [[V::zero(); MAX_STATES]; MAX_STATES];
+        let mut k = 1;
+        while k <= n {
+            let lanes = LANES.min(n + 1 - k);
+            for i in 0..states {
+                let mut row = [0.0; LANES];
+                for lane in 0..LANES {
+                    // A group that is not full repeats its last knot.
+                    row[lane] = along.states[k + lane.min(lanes - 1)][i];
+                }
+                at[i] = V::load(&row);
+                gradient[i] = V::zero();
+                for j in 0..=i {
+                    hessian[i][j] = V::zero();
+                }
+            }
+            chain.place(&at, last, world, &mut placed);
+            let mut sum: Sum<V> = Sum::new(&barrier, along.weight);
+            let mut from = MAX_STATES;
+            for i in 0..count {
+                if i % CHUNK == 0 {
+                    terms.ask(&placed, i, &mut answers);
+                }
+                let Some(term) = terms.term(&placed, i, &answers[i % CHUNK]) else {
+                    continue;
+                };
+                let (slope, curvature) = sum.add(term.z);
+                if models.is_none() || end.all_less(term.z) {
+                    continue;
+                }
+                let start = row(&term, &placed, base_states, &mut slopes);
+                from = from.min(start);
+                for j in start..base_states + term.last {
+                    gradient[j] = slope.mul_add(slopes[j], gradient[j]);
+                    let bent = curvature * slopes[j];
+                    for i in start..=j {
+                        hessian[j][i] = bent.mul_add(slopes[i], hessian[j][i]);
+                    }
+                }
+            }
+            let (value, least) = sum.finish();
+            let (value, least) = (value.array(), least.array());
+            for lane in 0..lanes {
+                total.sum += value[lane];
+                total.least = total.least.min(least[lane]);
+            }
+            if let Some(models) = &mut models {
+                for j in from..states {
+                    let slopes = gradient[j].array();
+                    for lane in 0..lanes {
+                        models[k + lane].x[j] += slopes[lane];
+                    }
+                    for i in from..=j {
+                        let bends = hessian[j][i].array();
+                        for lane in 0..lanes {
+                            let xx = &mut models[k + lane].xx;
+                            xx[(i, j)] += bends[lane];
+                            if i < j {
+                                xx[(j, i)] += bends[lane];
+                            }
+                        }
+                    }
+                }
+            }
+            k += LANES;
+        }
+        total
+    }
+}
+
+/// The same terms at one knot, one by one.
+fn visit_rows<const NX: usize>(
+    terms: &impl Terms,
+    x: &SVector<f64, NX>,
+    visit: &mut dyn FnMut(f64, &SVector<f64, NX>),
+) {
+    let chain = terms.chain();
+    let base_states = chain.base_states();
+    let mut at = [Portable::zero(); MAX_STATES];
+    for (to, from) in at.iter_mut().zip(x.iter()) {
+        *to = Portable::splat(*from);
+    }
+    let mut placed = Placed::new();
+    chain.place(&at, terms.last(), terms.world(), &mut placed);
+    let mut answers = [[[0.0; LANES]; 4]; CHUNK];
+    for i in 0..terms.len() {
+        if i % CHUNK == 0 {
+            terms.ask(&placed, i, &mut answers);
+        }
+        let Some(term) = terms.term(&placed, i, &answers[i % CHUNK]) else {
+            continue;
+        };
+        let mut slopes = [Portable::zero(); MAX_STATES];
+        let start = row(&term, &placed, base_states, &mut slopes);
+        let end = base_states + term.last;
+        let row = SVector::from_fn(|i, _| {
+            if (start..end).contains(&i) || (term.base && i < base_states) {
+                slopes[i].array()[0]
+            } else {
+                0.0
+            }
+        });
+        visit(term.z.array()[0], &row);
+    }
+}
+
+/// Checks that a chain fits a state and that indices name spheres.
+fn fits<const NX: usize>(
+    chain: &Chain,
+    mut spheres: impl Iterator<Item = usize>,
+) -> Result<(), Error> {
+    if chain.states() > NX {
+        return Err(Error::Chain {
+            what: "the state is shorter than the base and the joints",
+            index: NX,
+        });
+    }
+    match spheres.find(|&i| i >= chain.spheres().len()) {
+        Some(index) => Err(Error::Chain {
+            what: "there is no sphere of this index",
+            index,
+        }),
+        None => Ok(()),
+    }
+}
+
+macro_rules! clearance {
+    ([$($generic:tt)*] $type:ty, |$me:ident| $indices:expr) => {
+        impl<$($generic)* const NX: usize, const NU: usize> Constraint<NX, NU> for $type {
+            fn name(&self) -> &'static str {
+                self.name
+            }
+            fn barrier(&self) -> Barrier {
+                self.barrier
+            }
+            fn validate(&self) -> Result<(), Error> {
+                let $me = self;
+                self.barrier.validate()?;
+                fits::<NX>(self.chain, $indices)
+            }
+            fn values(
+                &self,
+                _: usize,
+                x: &SVector<f64, NX>,
+                _: Option<&SVector<f64, NU>>,
+                visit: &mut dyn FnMut(f64),
+            ) {
+                visit_rows(self, x, &mut |z, _| visit(z));
+            }
+            fn rows(
+                &self,
+                _: usize,
+                x: &SVector<f64, NX>,
+                _: Option<&SVector<f64, NU>>,
+                visit: &mut dyn FnMut(f64, &SVector<f64, NX>, &SVector<f64, NU>),
+            ) {
+                let none = SVector::zeros();
+                visit_rows(self, x, &mut |z, row| visit(z, row, &none));
+            }
+            fn penalize(
+                &self,
+                along: &Horizon<'_, NX, NU>,
+                models: Option<&mut [Expansion<NX, NU>]>,
+            ) -> Penalty {
+                dispatch(Batch { terms: self, along, models })
+            }
+        }
+    };
+}
+
+clearance!([F: Field,] SphereClearance<'_, F>, |me| me.spheres.iter().copied());
+clearance!([] PlaneClearance<'_>, |me| me.spheres.iter().copied());
+clearance!([] PairClearance<'_>, |me| me.pairs.iter().flat_map(|&(i, j)| [i, j]));
