@@ -65,6 +65,9 @@ impl Candidates {
             }
         }
         for node in 0..n {
+            if pace.spend(40 * k) {
+                return false;
+            }
             let out = &mut self.out[node * k..(node + 1) * k];
             for arc in out.iter_mut() {
                 arc.cost = closed.cost(node, arc.node as usize);

@@ -86,7 +86,7 @@ impl Closed {
         let n = self.n;
         self.costs.clear();
         self.costs.reserve(n * n);
-        let (mut span, mut lowest) = (0.0, 0.0f64);
+        let (mut span, mut lowest, mut has_forbidden) = (0.0, 0.0f64, false);
         // A few thousand costs between two questions.
         let rows = 4096_usize.div_ceil(n);
         for i in 0..n {
@@ -105,9 +105,10 @@ impl Closed {
                 .extend(self.nodes[1..].iter().map(|&to| model.cost(from, to)));
             self.costs[row + i] = f64::INFINITY;
             let mut largest = 0.0f64;
-            let mut sound = true;
+            let (mut sound, mut infinite) = (true, 0);
             for &cost in &self.costs[row..] {
                 let size = if cost == f64::INFINITY {
+                    infinite += 1;
                     0.0
                 } else {
                     cost.abs()
@@ -116,6 +117,8 @@ impl Closed {
                 lowest = if cost < lowest { cost } else { lowest };
                 largest = if size > largest { size } else { largest };
             }
+            // The diagonal is one of them.
+            has_forbidden |= infinite > 1;
             if !sound {
                 return Err(self.bad_cost(i));
             }
@@ -131,9 +134,14 @@ impl Closed {
         if !(self.forbidden * 4.0 * n as f64).is_finite() {
             return Err(Error::Overflow);
         }
-        for cost in &mut self.costs {
-            if *cost == f64::INFINITY {
-                *cost = self.forbidden;
+        for i in 0..n {
+            self.costs[i * n + i] = self.forbidden;
+        }
+        if has_forbidden {
+            for cost in &mut self.costs {
+                if *cost == f64::INFINITY {
+                    *cost = self.forbidden;
+                }
             }
         }
         Ok(true)

@@ -39,6 +39,8 @@ struct Exchange {
     turned: usize,
 }
 
+/// Nodes looked at between two questions to the caller: ten to twenty microseconds.
+const BETWEEN: u32 = 20;
 /// Kicks after which a late search without an order that can be driven gives up.
 const RESCUE: u64 = 10_000;
 /// Longest segment that is moved and reversed at once.
@@ -95,7 +97,7 @@ impl Search {
                 }
                 sum += gain;
             }
-            if self.work > 64 {
+            if self.work >= BETWEEN {
                 self.work = 0;
                 if pace.stop() {
                     break;
