@@ -25,7 +25,7 @@ pub enum Proof {
     /// The assignment problem's bound only: a few per cent to a third below the optimum where costs are nearly symmetric.
     Assignment,
     /// Up to 64 nodes as `Effort { steps: 100, branches: 200 }`, which takes one to three milliseconds at 50 nodes;
-    /// above as [`Assignment`](Self::Assignment).
+    /// above, and with fewer than `n^2 / 2` kicks, as [`Assignment`](Self::Assignment).
     Quick,
     /// At any size: Held and Karp's ascent, then branch and bound.
     Effort {

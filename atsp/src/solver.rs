@@ -205,7 +205,8 @@ impl Solver {
         let is_small = n <= params.exact_nodes.clamp(SMALLEST, LARGEST);
         let (steps, branches) = match params.proof {
             _ if is_small => (30, 20),
-            Proof::Quick if n <= QUICK => (100, 200),
+            // With fewer kicks none are left for it: so more kicks never end higher.
+            Proof::Quick if n <= QUICK && params.kicks >= (n * n / 2) as u64 => (100, 200),
             Proof::Effort { steps, branches } => (steps, branches),
             _ => (0, 0),
         };
