@@ -165,6 +165,7 @@ impl VoxelMap {
         let pages = [by[0] / 64, by[1] / 8, by[2] / 8];
         new.log = self.log.moved(new.words, size, pages);
         new.seen = self.seen.moved(new.words, size, pages);
+        new.skip_narrow = self.skip_narrow;
         // Of an empty box of common cells nothing is copied.
         let layers = if both.volume() > 0 {
             both.low[2]..both.high[2]

@@ -14,21 +14,41 @@ impl VoxelMap {
     ///
     /// A cell that stops being occupied stops being inspected.
     pub fn mark_inspected(&mut self, camera: &Camera, range: f64) -> usize {
-        self.mark(camera, range, None)
+        self.mark(camera, None, range, None)
     }
 
     /// As [`mark_inspected`](Self::mark_inspected), but only the faces that
-    /// [`faces_towards`](Self::faces_towards) the camera at no more than `max_incidence` rad are inspected.
+    /// [`faces_towards`](Self::faces_towards) the camera at no more than `max_incidence` rad are inspected, each if the free
+    /// cell in front of it is in sight. (The line to the middle of a cell inside a flat surface runs through its neighbours
+    /// once it is flatter than 45 degrees.)
     pub fn mark_inspected_within(
         &mut self,
         camera: &Camera,
         range: f64,
         max_incidence: f64,
     ) -> usize {
-        self.mark(camera, range, Some(max_incidence))
+        self.mark(camera, None, range, Some(max_incidence))
     }
 
-    fn mark(&mut self, camera: &Camera, range: f64, max_incidence: Option<f64>) -> usize {
+    /// As [`mark_inspected_within`](Self::mark_inspected_within), but only what lies inside the image taken before as well, for
+    /// detectors that ask for two images in a row.
+    pub fn mark_inspected_twice(
+        &mut self,
+        before: &Camera,
+        camera: &Camera,
+        range: f64,
+        max_incidence: f64,
+    ) -> usize {
+        self.mark(camera, Some(before), range, Some(max_incidence))
+    }
+
+    fn mark(
+        &mut self,
+        camera: &Camera,
+        before: Option<&Camera>,
+        range: f64,
+        max_incidence: Option<f64>,
+    ) -> usize {
         let eye = camera.translation;
         let finite = camera
             .rotation
@@ -46,21 +66,29 @@ impl VoxelMap {
         for z in first[2]..=last[2] {
             for y in first[1]..=last[1] {
                 for w in first[0] as usize / 64..=last[0] as usize / 64 {
-                    let mut open = self.open_word(w, y as usize, z as usize);
+                    let mut open = self.unseen_word(w, y as usize, z as usize, false);
                     while open != 0 {
                         let x = (w * 64) as i32 + open.trailing_zeros() as i32;
                         open &= open - 1;
                         let cell = [0, 1, 2].map(|a| [x, y, z][a] + self.first[a]);
                         let center = self.center(cell);
                         let square: f64 = (0..3).map(|a| (center[a] - eye[a]).powi(2)).sum();
-                        if square >= range * range || !camera.sees(center) {
+                        if square >= range * range
+                            || !camera.sees(center)
+                            || before.is_some_and(|b| !b.sees(center))
+                        {
                             continue;
                         }
-                        let mut faces = self.open_faces(cell);
+                        let mut faces = self.exposed_faces(cell) & !self.seen_faces(cell);
                         if let Some(limit) = max_incidence {
                             faces &= self.faces_towards(cell, eye, limit);
                         }
-                        if faces != 0 && self.line_of_sight(eye, cell, u32::MAX) {
+                        match max_incidence {
+                            None if !self.line_of_sight(eye, cell, u32::MAX) => faces = 0,
+                            None => {}
+                            Some(_) => faces = self.faces_in_sight(cell, faces, eye),
+                        }
+                        if faces != 0 {
                             marks.push((cell, faces));
                         }
                     }
@@ -76,6 +104,18 @@ impl VoxelMap {
             self.dirty.inspected(self.word(x / 64, y, z), 1 << (x % 64));
         }
         marks.len()
+    }
+
+    /// Those of the exposed faces given whose cell in front is in sight.
+    fn faces_in_sight(&self, cell: Cell, faces: u8, eye: [f64; 3]) -> u8 {
+        FACES
+            .iter()
+            .enumerate()
+            .filter(|(face, offset)| {
+                faces >> face & 1 != 0
+                    && self.line_of_sight(eye, [0, 1, 2].map(|a| cell[a] + offset[a]), u32::MAX)
+            })
+            .fold(0, |seen, (face, _)| seen | 1 << face)
     }
 
     /// The exposed faces of an occupied cell that an eye looks at from outside, at no more than `max_incidence` rad to the

@@ -63,6 +63,7 @@ pub struct VoxelMap {
     pub(crate) log: Pages<LogPage>,
     /// Inspected faces of occupied cells, in the order of [`FACES`].
     pub(crate) seen: Pages<SeenPage>,
+    pub(crate) skip_narrow: bool,
     /// Occupied cells of each block of 8 x 8 x 8.
     pub(crate) blocks: Vec<u16>,
     pub(crate) dirty: Dirty,
@@ -121,6 +122,7 @@ impl VoxelMap {
             occupied: vec![0; total],
             log: Pages::new(words, size),
             seen: Pages::new(words, size),
+            skip_narrow: false,
             blocks: vec![0; words * 8 * size[1].div_ceil(8) * size[2].div_ceil(8)],
             dirty: Dirty::new(total),
             scan: crate::insert::Window::default(),
@@ -252,10 +254,20 @@ impl VoxelMap {
         (self.free[a >> 6] | self.occupied[a >> 6]) >> (a & 63) & 1 != 0
     }
 
-    /// True for an occupied cell that is open to free space and of which every open face was inspected since it became
-    /// occupied.
+    /// Whether narrow faces are left out of what is still to be inspected; off at first.
+    ///
+    /// A face is narrow where both neighbours of its cell along the face are free, across one direction: the edge of a board, a
+    /// table's leg. What stands there is thinner than a cell, so it cannot carry a target as wide as one. Call it
+    /// before the first scan, or the changes of the map do not tell.
+    pub fn skip_narrow_faces(&mut self, skip: bool) {
+        self.skip_narrow = skip;
+    }
+
+    /// True for an occupied cell that is open to free space, with a face that was inspected since the cell became occupied
+    /// and none that still [is to be](Self::open_faces).
     pub fn is_inspected(&self, cell: Cell) -> bool {
-        self.is_occupied(cell) && self.exposed_faces(cell) != 0 && self.open_faces(cell) == 0
+        let exposed = self.exposed_faces(cell);
+        exposed != 0 && self.open_faces(cell) == 0 && self.seen_faces(cell) & exposed != 0
     }
 
     /// The faces of an occupied cell that are open to a free cell, inspected or not, as bits in the order -x, +x, -y, +y,
@@ -273,19 +285,33 @@ impl VoxelMap {
         faces
     }
 
-    /// The faces of an occupied cell that are open to a free cell and not inspected; bits as
-    /// [`exposed_faces`](Self::exposed_faces).
+    /// The faces of an occupied cell that are open to a free cell and not inspected, without those that
+    /// [are left out](Self::skip_narrow_faces); bits as [`exposed_faces`](Self::exposed_faces).
     pub fn open_faces(&self, cell: Cell) -> u8 {
-        let mut faces = self.exposed_faces(cell);
+        let exposed = self.exposed_faces(cell);
+        let mut faces = exposed;
         if faces != 0 {
-            let [x, y, z] = self.stored(cell).map(|v| v as usize);
-            if let Some(seen) = self.seen.get(x / 64, y, z) {
-                for (face, plane) in seen.iter().enumerate() {
-                    faces &= !(((plane >> (x % 64) & 1) as u8) << face);
+            faces &= !self.seen_faces(cell);
+        }
+        if faces != 0 && self.skip_narrow {
+            for axis in 0..3 {
+                if exposed >> (2 * axis) & 3 == 3 {
+                    // Free on both sides along this axis: only the two faces across it are wide enough.
+                    faces &= 3 << (2 * axis);
                 }
             }
         }
         faces
+    }
+
+    /// The inspected faces of a cell inside the map.
+    pub(crate) fn seen_faces(&self, cell: Cell) -> u8 {
+        let [x, y, z] = self.stored(cell).map(|v| v as usize);
+        self.seen.get(x / 64, y, z).map_or(0, |seen| {
+            seen.iter().enumerate().fold(0, |faces, (face, plane)| {
+                faces | ((plane >> (x % 64) & 1) as u8) << face
+            })
+        })
     }
 
     /// Number of cells in each state.
@@ -298,9 +324,11 @@ impl VoxelMap {
                 for w in 0..self.words {
                     let surface = self.occupied[self.word(w, y, z)];
                     if surface != 0 {
-                        let exposed = (0..6).fold(0, |all, f| all | self.free_beside(w, y, z, f));
+                        let planes = self.seen.get(w, y, z).copied().unwrap_or_default();
+                        let seen = (0..6)
+                            .fold(0, |all, f| all | (self.free_beside(w, y, z, f) & planes[f]));
                         inspected +=
-                            (surface & exposed & !self.open_word(w, y, z)).count_ones() as usize;
+                            (surface & seen & !self.open_word(w, y, z)).count_ones() as usize;
                     }
                 }
             }
@@ -335,17 +363,28 @@ impl VoxelMap {
         }
     }
 
-    /// Occupied cells of word `w` of row (y, z) with a face that is open to free space and not inspected.
+    /// Occupied cells of word `w` of row (y, z) with a face that is open to free space and still to be inspected.
     pub(crate) fn open_word(&self, w: usize, y: usize, z: usize) -> u64 {
+        self.unseen_word(w, y, z, self.skip_narrow)
+    }
+
+    /// Occupied cells of word `w` of row (y, z) with a face that is open to free space and not inspected, narrow faces or not.
+    pub(crate) fn unseen_word(&self, w: usize, y: usize, z: usize, skip_narrow: bool) -> u64 {
         let word = self.word(w, y, z);
         let occupied = self.occupied[word];
         if occupied == 0 {
             return 0;
         }
         let seen = self.seen.get(w, y, z).copied().unwrap_or_default();
-        (0..6).fold(0, |open, f| {
-            open | (self.free_beside(w, y, z, f) & !seen[f])
-        }) & occupied
+        let mut beside: [u64; 6] = std::array::from_fn(|f| self.free_beside(w, y, z, f));
+        if skip_narrow {
+            let thin = [0, 1, 2].map(|axis| beside[2 * axis] & beside[2 * axis + 1]);
+            for (f, free) in beside.iter_mut().enumerate() {
+                let axis = f / 2;
+                *free &= !(thin[(axis + 1) % 3] | thin[(axis + 2) % 3]);
+            }
+        }
+        (0..6).fold(0, |open, f| open | (beside[f] & !seen[f])) & occupied
     }
 
     /// Index of word `w` of row (y, z).

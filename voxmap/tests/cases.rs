@@ -440,3 +440,83 @@ fn distance_fields_of_odd_maps() {
     let field = Esdf::new(&map, params).unwrap();
     assert!(field.distance([0.5; 3]) >= 2.0);
 }
+
+/// A map of free cells with a wall of occupied ones at x = 8, y from 0 to 9, z from 0 to 5, cells of 0.5 m.
+fn wall() -> VoxelMap {
+    let mut map = VoxelMap::new(&config()).unwrap();
+    map.set_free_box([0.0; 3], [10.0, 5.0, 3.0]);
+    for y in 0..10 {
+        for z in 0..6 {
+            map.set_state([8, y, z], State::Occupied);
+            // Nothing is known behind it.
+            map.set_state([9, y, z], State::Unknown);
+        }
+    }
+    map
+}
+
+fn looking_along_x(at: [f64; 3]) -> Camera {
+    Camera {
+        rotation: [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]],
+        translation: at,
+        tan_half_h: 3.0,
+        tan_half_v: 3.0,
+    }
+}
+
+#[test]
+fn a_wall_seen_flatter_than_45_degrees_is_inspected_up_to_the_limit() {
+    // From 1.25 m before the face, at y = 0.25: the face of cell y is 0.5 y aside.
+    let camera = looking_along_x([2.75, 0.25, 1.25]);
+    let mut steep = wall();
+    steep.mark_inspected_within(&camera, 8.0, 64_f64.to_radians());
+    // tan 64 degrees = 2.05; the cells' middles are 1.5 m away.
+    assert!(steep.is_inspected([8, 6, 2]), "3.0 m aside is 63.4 degrees");
+    assert!(
+        !steep.is_inspected([8, 7, 2]),
+        "3.5 m aside is 66.8 degrees"
+    );
+    // The published rule looks for the middle of the cell, behind its neighbours in the wall.
+    let mut published = wall();
+    published.mark_inspected(&camera, 8.0);
+    assert!(published.is_inspected([8, 2, 2]) && !published.is_inspected([8, 6, 2]));
+}
+
+#[test]
+fn two_images_in_a_row_inspect_what_both_show() {
+    let narrow = |y| Camera {
+        tan_half_h: 0.5,
+        ..looking_along_x([2.75, y, 1.25])
+    };
+    let mut map = wall();
+    map.mark_inspected_twice(&narrow(1.25), &narrow(2.25), 8.0, 1.1);
+    // Each shows 0.75 m to either side: 0.5..2.0 and 1.5..3.0.
+    let seen: Vec<i32> = (0..10).filter(|&y| map.is_inspected([8, y, 2])).collect();
+    assert_eq!(seen, [3]);
+}
+
+#[test]
+fn narrow_faces_need_no_inspection_but_may_have_it() {
+    // A board one cell thick: its edge is narrow, its two sides are not. A post is narrow all around.
+    let mut map = VoxelMap::new(&config()).unwrap();
+    map.set_free_box([0.0; 3], [10.0, 5.0, 3.0]);
+    for x in 4..8 {
+        for y in 4..8 {
+            map.set_state([x, y, 2], State::Occupied);
+        }
+    }
+    map.set_state([15, 5, 2], State::Occupied);
+    let (inner, edge, post) = ([5, 5, 2], [4, 5, 2], [15, 5, 2]);
+    let up_and_down = 0b11_0000;
+    assert_eq!(map.open_faces(edge), up_and_down | 1);
+    assert_ne!(map.open_faces(post), 0);
+    map.skip_narrow_faces(true);
+    assert_eq!(map.open_faces(inner), up_and_down);
+    assert_eq!(map.open_faces(edge), up_and_down);
+    assert_eq!(map.open_faces(post), 0);
+    assert!(!map.is_inspected(post), "not seen yet");
+    let camera = looking_along_x([6.25, 2.75, 1.25]);
+    map.mark_inspected_within(&camera, 8.0, 1.1);
+    assert!(map.is_inspected(post), "seen on the way");
+    assert!(!map.is_inspected(edge));
+}

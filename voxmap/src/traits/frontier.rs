@@ -98,7 +98,8 @@ impl Map for VoxelMap {
         Self::is_occupied(self, cell)
     }
     fn is_inspected(&self, cell: Cell) -> bool {
-        Self::is_inspected(self, cell)
+        // What is narrow and left out need not have been seen.
+        self.exposed_faces(cell) != 0 && self.open_faces(cell) == 0
     }
     fn exploration_word(&self, first: Cell) -> u64 {
         self.unaligned(first, |w, y, z| self.exploration_bits(w, y, z))
