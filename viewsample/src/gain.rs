@@ -39,6 +39,7 @@ pub(crate) struct Sensors {
     incidence: Option<f64>,
     exploration_weight: f64,
     inspection_weight: f64,
+    cavity_weight: f64,
 }
 
 impl Sensors {
@@ -51,20 +52,28 @@ impl Sensors {
             incidence: params.max_incidence.map(f64::cos),
             exploration_weight: params.exploration_weight,
             inspection_weight: params.inspection_weight,
+            cavity_weight: params.cavity_weight,
         }
     }
 
-    /// Eq. 4 on counts.
-    pub(crate) fn info(&self, exploration: u32, inspection: u32) -> f64 {
-        self.exploration_weight * f64::from(exploration)
+    /// Eq. 4 on counts: exploration cells of the LiDAR, those that only a camera sees, inspection cells.
+    pub(crate) fn info(&self, lidar: u32, extra: u32, inspection: u32) -> f64 {
+        // Without a LiDAR every exploration cell is the camera's.
+        let cavity = if self.lidar.is_some() {
+            self.cavity_weight
+        } else {
+            self.exploration_weight
+        };
+        self.exploration_weight * f64::from(lidar)
+            + cavity * f64::from(extra)
             + self.inspection_weight * f64::from(inspection)
     }
 
-    pub(crate) fn gain(&self, exploration: u32, inspection: u32) -> Gain {
+    pub(crate) fn gain(&self, lidar: u32, extra: u32, inspection: u32) -> Gain {
         Gain {
-            exploration,
+            exploration: lidar + extra,
             inspection,
-            info: self.info(exploration, inspection),
+            info: self.info(lidar, extra, inspection),
         }
     }
 
@@ -93,7 +102,9 @@ impl Sensors {
                 [0, 1].map(|n| a.1[n].max(b.1[n])),
             )
         })?;
-        world.rectangle(low, high)
+        // The line to the free cell in front of a face ends one column aside.
+        let h = world.cell_size;
+        world.rectangle(low.map(|v| v - h), high.map(|v| v + h))
     }
 
     /// B_e^lidar: exploration cells in sight of the LiDAR at a position.
@@ -135,11 +146,41 @@ impl Sensors {
     ) {
         let eye = world.eye(camera.translation);
         self.camera_covers(world, camera, known, |word, e, i| {
-            let mask = world.visible(&eye, word, e | i, self.allowance);
-            if mask != 0 {
-                visit(word, e & mask, i & mask);
+            let (e, i) = if self.incidence.is_some() {
+                let e = world.visible(&eye, word, e, self.allowance);
+                (e, self.faces_seen(world, camera, &eye, word, i))
+            } else {
+                let mask = world.visible(&eye, word, e | i, self.allowance);
+                (e & mask, i & mask)
+            };
+            if e | i != 0 {
+                visit(word, e, i);
             }
         });
+    }
+
+    /// Those of the inspection cells `mask` of a word of which an open face is in sight, steeply enough.
+    fn faces_seen(&self, world: &World, camera: &Pose, eye: &Eye, word: usize, mask: u64) -> u64 {
+        let Some(least) = self.incidence else {
+            return world.visible(eye, word, mask, self.allowance);
+        };
+        let mut by_face = [0u64; 6];
+        let way = way(world, camera, word);
+        let mut rest = mask;
+        while rest != 0 {
+            let bit = rest.trailing_zeros();
+            rest &= rest - 1;
+            let up = world.cell_size * f64::from(bit);
+            let faces = world.faces_eye(word, bit, [way[0], way[1], way[2] - up], least);
+            for (face, cells) in by_face.iter_mut().enumerate() {
+                *cells |= u64::from(faces >> face & 1) << bit;
+            }
+        }
+        let mut seen = 0;
+        for (face, cells) in by_face.into_iter().enumerate() {
+            seen |= world.visible_across(eye, word, cells & !seen, face, self.allowance);
+        }
+        seen
     }
 
     /// The same without sight: all cells inside the frustums.
@@ -176,11 +217,10 @@ impl Sensors {
             }
             i = keep(i, |n| self.rgb.covers(at(n)));
             if let Some(least) = self.incidence {
-                let c = world.center(world.cell(word));
-                let t = camera.translation;
-                let way = [0, 1, 2].map(|a| t[a] - c[a]);
+                let way = way(world, camera, word);
                 i = keep(i, |n| {
-                    world.faces_eye(word, n, [way[0], way[1], way[2] - h * f64::from(n)], least)
+                    let from = [way[0], way[1], way[2] - h * f64::from(n)];
+                    world.faces_eye(word, n, from, least) != 0
                 });
             }
             if e | i != 0 {
@@ -202,13 +242,12 @@ impl Sensors {
         let Some((word, bit)) = world.index(c) else {
             return false;
         };
-        let center = world.center(c);
-        let way = [0, 1, 2].map(|a| camera.translation[a] - center[a]);
-        frustum.covers(camera.to_camera(center))
-            && self
-                .incidence
-                .is_none_or(|least| !inspection || world.faces_eye(word, bit, way, least))
-            && world.visible(eye, word, 1 << bit, self.allowance) != 0
+        frustum.covers(camera.to_camera(world.center(c)))
+            && if inspection {
+                self.faces_seen(world, camera, eye, word, 1 << bit) != 0
+            } else {
+                world.visible(eye, word, 1 << bit, self.allowance) != 0
+            }
     }
 }
 
@@ -235,6 +274,12 @@ pub(crate) fn mask_of(words: &[(u32, u64)], word: usize) -> u64 {
 /// Number of cells in a list of words.
 pub(crate) fn count(words: &[(u32, u64)]) -> u32 {
     words.iter().map(|w| w.1.count_ones()).sum()
+}
+
+/// From the centre of bit 0 of a word to the camera, m.
+fn way(world: &World, camera: &Pose, word: usize) -> [f64; 3] {
+    let c = world.center(world.cell(word));
+    [0, 1, 2].map(|a| camera.translation[a] - c[a])
 }
 
 /// From the eye to the centre of bit 0 of a word, m.

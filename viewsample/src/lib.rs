@@ -34,7 +34,7 @@
 //! let costs = Straight { base_speed: 0.8, joint_speed: [0.5, 0.8] };
 //! let found = sampler.candidates(&robot, &costs, [1.0, 1.5, 0.0], &[1.0, 0.0])?;
 //! let view = &found.views[0];
-//! assert_eq!(view.cluster, 7);
+//! assert_eq!(view.cluster, Some(7));
 //! assert!(view.base[0] < 5.0 && view.base[2].abs() < 1.6, "it stands west of the opening and looks east");
 //! assert!(view.gain.exploration > 20 && view.own == view.gain.exploration);
 //! assert_eq!(view.gain, sampler.gain_at(view.base, &view.camera)?);
@@ -51,6 +51,7 @@
 //! everything equals the definition, which the tests check.
 
 pub mod conformance;
+mod cover;
 mod dirty;
 mod error;
 mod gain;

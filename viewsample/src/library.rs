@@ -449,7 +449,7 @@ impl Library {
             Look::Open => count(candidate.around).into(),
             Look::Within(e, i, _) | Look::Seen(e, i) => (e, i),
         };
-        context.sensors.info(lidar + extra, inspection)
+        context.sensors.info(lidar, extra, inspection)
     }
 
     fn is_exact<S, R: ?Sized, C: ?Sized>(
@@ -526,10 +526,10 @@ impl Library {
             .known(context, index / self.postures)
             .unwrap_or((0, &[]));
         let (extra, inspection) = self.counts(index);
-        let gain: Gain = context.sensors.gain(count + extra, inspection);
+        let gain: Gain = context.sensors.gain(count, extra, inspection);
         let motion = (-context.params.motion_decay * entry.seconds).exp();
         Viewpoint {
-            cluster: self.id,
+            cluster: Some(self.id),
             base: base.pose,
             posture: index % self.postures,
             state: posture.state.clone(),

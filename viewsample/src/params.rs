@@ -51,6 +51,9 @@ pub struct Params {
     pub exploration_weight: f64,
     /// Worth of an inspection voxel (lambda_i of eq. 4). HEATS table I: 0.8.
     pub inspection_weight: f64,
+    /// Worth of an exploration voxel that the LiDAR does not see from there but a camera does: the inside of a bin, say. As
+    /// published it is `exploration_weight`.
+    pub cavity_weight: f64,
     /// Least information gain (not score: that one decays with the way) of a view.
     pub threshold: f64,
     /// Unknown voxels a line of sight may cross.
@@ -103,6 +106,7 @@ impl Default for Params {
             motion_decay: 0.5,
             exploration_weight: 0.2,
             inspection_weight: 0.8,
+            cavity_weight: 0.2,
             threshold: 2.0,
             unknown_allowance: 2,
             max_incidence: None,
@@ -180,6 +184,7 @@ impl Params {
         natural("motion_decay", self.motion_decay)?;
         natural("exploration_weight", self.exploration_weight)?;
         natural("inspection_weight", self.inspection_weight)?;
+        natural("cavity_weight", self.cavity_weight)?;
         natural("threshold", self.threshold)?;
         check(
             self.unknown_allowance <= 200,

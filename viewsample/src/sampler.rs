@@ -58,6 +58,15 @@ impl<S: Clone> Sampler<S> {
         &self.postures
     }
 
+    /// The settings.
+    pub fn params(&self) -> &Params {
+        &self.params
+    }
+
+    pub(crate) fn gain_of(&self, lidar: u32, extra: u32, inspection: u32) -> Gain {
+        self.sensors.gain(lidar, extra, inspection)
+    }
+
     /// Number of clusters held.
     pub fn len(&self) -> usize {
         self.libraries.len()
@@ -344,12 +353,13 @@ impl<S: Clone> Sampler<S> {
     /// # Errors
     /// If a pose is not finite.
     pub fn gain_at(&self, base: [f64; 3], camera: &Pose) -> Result<Gain, Error> {
-        let (mut exploration, mut inspection) = (0, 0);
-        self.look(base, camera, |_, e, i| {
-            exploration += e.count_ones();
+        let (mut lidar, mut extra, mut inspection) = (0, 0, 0);
+        self.look(base, camera, |_, [l, e, i]| {
+            lidar += l.count_ones();
+            extra += e.count_ones();
             inspection += i.count_ones();
         })?;
-        Ok(self.sensors.gain(exploration, inspection))
+        Ok(self.sensors.gain(lidar, extra, inspection))
     }
 
     /// The voxels a view would see now; see [`gain_at`](Self::gain_at).
@@ -358,9 +368,9 @@ impl<S: Clone> Sampler<S> {
     /// If a pose is not finite.
     pub fn seen_from(&self, base: [f64; 3], camera: &Pose) -> Result<Seen, Error> {
         let mut words: BTreeMap<usize, (u64, u64)> = BTreeMap::new();
-        self.look(base, camera, |word, e, i| {
+        self.look(base, camera, |word, [l, e, i]| {
             let entry = words.entry(word).or_default();
-            *entry = (entry.0 | e, entry.1 | i);
+            *entry = (entry.0 | l | e, entry.1 | i);
         })?;
         let mut seen = Seen::default();
         for (word, (e, i)) in words {
@@ -376,11 +386,12 @@ impl<S: Clone> Sampler<S> {
         Ok(seen)
     }
 
-    fn look(
+    /// Words of a view: exploration cells of the LiDAR, those only a camera sees, inspection cells.
+    pub(crate) fn look(
         &self,
         base: [f64; 3],
         camera: &Pose,
-        mut visit: impl FnMut(usize, u64, u64),
+        mut visit: impl FnMut(usize, [u64; 3]),
     ) -> Result<(), Error> {
         check_pose(base)?;
         if !camera.is_finite() {
@@ -392,9 +403,12 @@ impl<S: Clone> Sampler<S> {
         let eye = self.sensors.lidar.map(|lidar| lidar.eye(base));
         let lidar = eye.map_or_else(Vec::new, |eye| self.sensors.lidar_sees(&self.world, eye));
         for (word, mask) in &lidar {
-            visit(*word as usize, *mask, 0);
+            visit(*word as usize, [*mask, 0, 0]);
         }
-        self.sensors.camera_sees(&self.world, camera, &lidar, visit);
+        self.sensors
+            .camera_sees(&self.world, camera, &lidar, |word, e, i| {
+                visit(word, [0, e, i]);
+            });
         Ok(())
     }
 
@@ -467,7 +481,7 @@ impl<S: Clone + Send + Sync> Sampler<S> {
     }
 }
 
-fn check_pose(base: [f64; 3]) -> Result<(), Error> {
+pub(crate) fn check_pose(base: [f64; 3]) -> Result<(), Error> {
     if base.iter().all(|v| v.is_finite()) {
         Ok(())
     } else {

@@ -40,8 +40,8 @@ pub struct Changes<'a> {
 /// A whole-body state that looks at something, and what it is worth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Viewpoint<S> {
-    /// The cluster whose library it is from.
-    pub cluster: u64,
+    /// The cluster whose library it is from; none for a view of [`Sampler::views_from`](crate::Sampler::views_from).
+    pub cluster: Option<u64>,
     /// Base pose x, y, yaw, m and rad.
     pub base: [f64; 3],
     /// Index of the posture.

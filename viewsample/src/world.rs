@@ -308,11 +308,12 @@ impl World {
         }
     }
 
-    /// True if an eye at `from_cell` (m, relative to the cell's centre) looks at an open face of an inspection cell from
-    /// outside, at an angle to the surface's normal whose cosine is at least `least`. The normal is the face's own, or the mean
-    /// of the exposed faces, since a slanted surface is a staircase of such cells.
+    /// The open faces of an inspection cell that an eye at `from_cell` (m, relative to the cell's centre) looks at from
+    /// outside, at an angle to the surface's normal whose cosine is at least `least`; bits as in
+    /// [`Map::faces`]. The normal is the face's own, or the mean of the exposed faces, since a slanted surface is a
+    /// staircase of such cells.
     #[inline]
-    pub(crate) fn faces_eye(&self, word: usize, bit: u32, from_cell: [f64; 3], least: f64) -> bool {
+    pub(crate) fn faces_eye(&self, word: usize, bit: u32, from_cell: [f64; 3], least: f64) -> u8 {
         let (open, exposed) = self.faces[word * 64 + bit as usize];
         let length = from_cell.iter().map(|v| v * v).sum::<f64>().sqrt();
         let needed = least * length;
@@ -326,10 +327,60 @@ impl World {
         let norm = mean.iter().map(|v: &f64| v * v).sum::<f64>().sqrt();
         let by_mean =
             norm > 0.0 && (0..3).map(|n| mean[n] * from_cell[n]).sum::<f64>() >= needed * norm;
-        (0..6).any(|face| {
+        (0..6).fold(0, |faces, face| {
             let along = sign(face) * from_cell[face / 2];
-            open >> face & 1 != 0 && along > 0.5 * self.cell_size && (along >= needed || by_mean)
+            let seen = open >> face & 1 != 0
+                && along > 0.5 * self.cell_size
+                && (along >= needed || by_mean);
+            faces | u8::from(seen) << face
         })
+    }
+
+    /// Those of the cells `mask` of a word whose neighbour across `face` is in sight of `eye`.
+    ///
+    /// The line to the middle of a cell inside a surface runs through its neighbours in the surface once it is flatter than 45
+    /// degrees; the line to the free cell in front of the face does not.
+    pub(crate) fn visible_across(
+        &self,
+        eye: &Eye,
+        word: usize,
+        mask: u64,
+        face: usize,
+        allowance: u32,
+    ) -> u64 {
+        if mask == 0 {
+            return 0;
+        }
+        let [x, y, _] = self.cell(word);
+        let (nx, ny) = (self.size[0] as i32, self.size[1] as i32);
+        let (x, y) = (x - self.low[0], y - self.low[1]);
+        let row = self.size[0] * self.words;
+        let beside = match face {
+            0 => (x > 0).then(|| word - self.words),
+            1 => (x + 1 < nx).then(|| word + self.words),
+            2 => (y > 0).then(|| word - row),
+            3 => (y + 1 < ny).then(|| word + row),
+            _ => Some(word),
+        };
+        let Some(beside) = beside else { return 0 };
+        let storey = word % self.words;
+        match face {
+            4 => {
+                let inside = self.visible(eye, beside, mask >> 1, allowance) << 1;
+                let below = mask & 1 != 0
+                    && storey > 0
+                    && self.visible(eye, word - 1, 1 << 63, allowance) != 0;
+                inside | u64::from(below)
+            }
+            5 => {
+                let inside = self.visible(eye, beside, mask << 1, allowance) >> 1;
+                let above = mask >> 63 != 0
+                    && storey + 1 < self.words
+                    && self.visible(eye, word + 1, 1, allowance) != 0;
+                inside | u64::from(above) << 63
+            }
+            _ => self.visible(eye, beside, mask, allowance),
+        }
     }
 
     /// Closes an update: marks the columns whose frontiers differ, counts anew.
@@ -373,6 +424,9 @@ impl World {
     /// Those of the cells `mask` of a word that are in sight of `eye`.
     #[inline]
     pub(crate) fn visible(&self, eye: &Eye, word: usize, mask: u64, allowance: u32) -> u64 {
+        if mask == 0 {
+            return 0;
+        }
         match (eye.column, self.words) {
             (Some(column), 1) => self.visible_flat(eye, column, word, mask, allowance),
             _ => self.visible_tall(eye, word, mask, allowance),

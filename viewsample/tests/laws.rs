@@ -5,7 +5,7 @@ mod worlds;
 
 use proptest::prelude::*;
 use viewsample::{
-    Changes, Cluster, CostModel, Frustum, Lidar, Map, Params, Pose, Robot, conformance,
+    Cell, Changes, Cluster, CostModel, Frustum, Lidar, Map, Params, Pose, Robot, conformance,
 };
 use worlds::*;
 
@@ -112,7 +112,7 @@ proptest! {
             prop_assert!((view.score - (-0.5 * seconds).exp() * view.gain.info).abs() < 1e-12);
             prop_assert!(view.own <= view.gain.exploration + view.gain.inspection);
             // The camera stands over a base that faces the cluster.
-            let centroid = all.iter().find(|c| c.id == view.cluster).unwrap().borrow().centroid;
+            let centroid = all.iter().find(|c| Some(c.id) == view.cluster).unwrap().borrow().centroid;
             let bearing = (centroid[1] - view.base[1]).atan2(centroid[0] - view.base[0]);
             prop_assert!((bearing - view.base[2]).sin().abs() < 1e-9);
         }
@@ -190,7 +190,7 @@ proptest! {
         sampler.update(&map, &Changes { removed: &removed, ..Changes::default() }).unwrap();
         let found = sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap();
         for view in &found.views {
-            prop_assert!(!removed.contains(&view.cluster));
+            prop_assert!(view.cluster.is_some_and(|id| !removed.contains(&id)));
             prop_assert_eq!(sampler.gain_at(view.base, &view.camera).unwrap(), view.gain);
         }
     }
@@ -212,5 +212,51 @@ proptest! {
         prop_assert_eq!(found.views.len() + found.without.len(), sampler.len());
         sampler.retry(&[3, 4], &mast(&map), &COSTS, [2.0, 2.0, 0.0], &[1.0, 0.0]).unwrap();
         sampler.gain_at(p, &Pose::looking(p, 0.0, 0.0)).unwrap();
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// A cover's gains fall, reach the least asked for, add up to what the chosen views see together, and nothing that
+    /// was left out would have added as much.
+    #[test]
+    fn covers_add_up(seed in any::<u64>(), least in 0.3..6.0f64) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |_| false);
+        let mut sampler = fresh(&map, &all, &params());
+        let (base, state) = ([3.0, 3.0, 0.3], [1.0, 0.0]);
+        let mut views = sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap().views;
+        let here = [dice.between(1.0, 6.5), dice.between(1.0, 5.5)];
+        let (turns, _) = sampler.views_from(&[here], &mast(&map), &COSTS, base, &state).unwrap();
+        for view in &turns {
+            prop_assert!([view.base[0], view.base[1]] == here && view.cluster.is_none());
+            prop_assert!(view.gain.info >= params().threshold && mast(&map).is_free(view.base, &view.state));
+            prop_assert_eq!(sampler.gain_at(view.base, &view.camera).unwrap(), view.gain);
+        }
+        views.extend(turns);
+        let (chosen, _) = sampler.cover(&views, least).unwrap();
+        let sight = |n: usize| {
+            let seen = sampler.seen_from(views[n].base, &views[n].camera).unwrap();
+            (seen.exploration, seen.inspection)
+        };
+        let worth = |covered: &(Vec<Cell>, Vec<Cell>), (e, i): &(Vec<Cell>, Vec<Cell>)| {
+            let new = |list: &[Cell], of: &[Cell]| of.iter().filter(|c| !list.contains(c)).count();
+            0.2 * new(&covered.0, e) as f64 + 0.8 * new(&covered.1, i) as f64
+        };
+        let mut covered = (Vec::new(), Vec::new());
+        let mut last = f64::INFINITY;
+        for (n, gain) in &chosen {
+            let seen = sight(*n);
+            prop_assert!((gain.info - worth(&covered, &seen)).abs() < 1e-9);
+            prop_assert!(gain.info <= last + 1e-9 && gain.info >= least);
+            last = gain.info;
+            covered.0.extend(seen.0);
+            covered.1.extend(seen.1);
+        }
+        for n in 0..views.len() {
+            prop_assert!(worth(&covered, &sight(n)) < least + 1e-9);
+        }
     }
 }

@@ -4,7 +4,7 @@
 mod worlds;
 
 use proptest::prelude::*;
-use viewsample::{Changes, Cluster, Kind, Params, Pose};
+use viewsample::{Cell, Changes, Cluster, Kind, Map, Params, Pose, Sampler};
 use worlds::*;
 
 proptest! {
@@ -26,7 +26,7 @@ proptest! {
             let scored = library(&map, &all, cluster, &params, &postures, from);
             let good = scored.iter().filter(|s| s.info >= params.threshold);
             let best = good.max_by(|a, b| a.score.total_cmp(&b.score));
-            let view = found.views.iter().find(|v| v.cluster == cluster.id);
+            let view = found.views.iter().find(|v| v.cluster == Some(cluster.id));
             prop_assert_eq!(best.is_some(), view.is_some());
             if let (Some(best), Some(view)) = (best, view) {
                 prop_assert!(close(best.score, view.score), "{} {}", best.score, view.score);
@@ -139,7 +139,7 @@ fn own_counts_the_cells_of_the_cluster() {
         .unwrap();
     assert!(!found.views.is_empty());
     for view in found.views {
-        let cluster = all.iter().find(|c| c.id == view.cluster).unwrap();
+        let cluster = all.iter().find(|c| Some(c.id) == view.cluster).unwrap();
         let (e, i) = seen(&map, &all, &params, view.base, &view.camera);
         let list = if cluster.kind == Kind::Inspection {
             i
@@ -150,5 +150,108 @@ fn own_counts_the_cells_of_the_cluster() {
             view.own as usize,
             list.iter().filter(|c| cluster.cells.contains(c)).count()
         );
+    }
+}
+
+/// A grid that says which faces of its cells are open to free space.
+struct Faced(viewsample::grid::Grid);
+
+const FACES: [Cell; 6] = [
+    [-1, 0, 0],
+    [1, 0, 0],
+    [0, -1, 0],
+    [0, 1, 0],
+    [0, 0, -1],
+    [0, 0, 1],
+];
+
+fn across(cell: Cell, face: usize) -> Cell {
+    [0, 1, 2].map(|a| cell[a] + FACES[face][a])
+}
+
+impl Map for Faced {
+    fn cell_size(&self) -> f64 {
+        self.0.cell_size()
+    }
+    fn cell_at(&self, point: [f64; 3]) -> Cell {
+        self.0.cell_at(point)
+    }
+    fn center(&self, cell: Cell) -> [f64; 3] {
+        self.0.center(cell)
+    }
+    fn is_free(&self, cell: Cell) -> bool {
+        self.0.is_free(cell)
+    }
+    fn is_occupied(&self, cell: Cell) -> bool {
+        self.0.is_occupied(cell)
+    }
+    fn faces(&self, cell: Cell) -> (u8, u8) {
+        let open = (0..6).filter(|&f| self.is_free(across(cell, f)));
+        let bits = open.fold(0, |bits, f| bits | 1 << f);
+        (bits, bits)
+    }
+}
+
+/// With a limit on incidence a surface cell counts if one of its open faces looks at the camera steeply enough, alone or by the
+/// mean of all of them, and the free cell in front of that face is in sight.
+#[test]
+fn seen_faces_equal_their_definition() {
+    let mut dice = Dice::new(77);
+    for _ in 0..12 {
+        let map = Faced(hall(&mut dice));
+        let all = clusters(&map.0, |_| false);
+        let limit = dice.between(0.5, 1.4);
+        let params = Params {
+            max_incidence: Some(limit),
+            ..params()
+        };
+        let mut sampler = Sampler::new(&params, solved(&map.0, &params)).unwrap();
+        let added: Vec<_> = all.iter().map(OwnedCluster::borrow).collect();
+        let changes = Changes {
+            added: &added,
+            boxes: &[map.0.bounds()],
+            ..Changes::default()
+        };
+        sampler.update(&map, &changes).unwrap();
+        for _ in 0..10 {
+            let eye = [
+                dice.between(0.5, 7.0),
+                dice.between(0.5, 6.0),
+                dice.between(0.3, 2.0),
+            ];
+            let camera = Pose::looking(eye, dice.between(-3.0, 3.0), dice.between(-1.0, 1.0));
+            let counts = |cell: Cell| {
+                let p = map.center(cell);
+                let way = [0, 1, 2].map(|a| eye[a] - p[a]);
+                let length = way.iter().map(|v| v * v).sum::<f64>().sqrt();
+                let dot = |n: [f64; 3]| (0..3).map(|a| n[a] * way[a]).sum::<f64>();
+                let open: Vec<usize> = (0..6).filter(|&f| map.is_free(across(cell, f))).collect();
+                let mean =
+                    [0, 1, 2].map(|a| open.iter().map(|&f| f64::from(FACES[f][a])).sum::<f64>());
+                let norm = mean.iter().map(|v| v * v).sum::<f64>().sqrt();
+                let by_mean = norm > 0.0 && dot(mean) >= limit.cos() * length * norm;
+                params.rgb.covers(camera.to_camera(p))
+                    && open.iter().any(|&f| {
+                        let along = dot(FACES[f].map(f64::from));
+                        along > 0.5 * H
+                            && (along >= limit.cos() * length || by_mean)
+                            && map.line_of_sight(eye, across(cell, f), params.unknown_allowance)
+                    })
+            };
+            let mut expected: Vec<Cell> = all
+                .iter()
+                .filter(|k| k.kind == Kind::Inspection)
+                .flat_map(|k| &k.cells)
+                .copied()
+                .filter(|&c| counts(c))
+                .collect();
+            expected.sort_unstable();
+            let mut seen = sampler
+                .seen_from([eye[0], eye[1], 0.0], &camera)
+                .unwrap()
+                .inspection;
+            seen.sort_unstable();
+            assert_eq!(seen, expected);
+        }
     }
 }
