@@ -2,6 +2,7 @@
 
 use super::body::Joints;
 use super::mapping::Mapper;
+use super::pace::Pace;
 use atsp::{Choice, Decision, Params, Place, two_level};
 use hybrid_astar::{Field, GridParams, Space};
 use std::cell::RefCell;
@@ -13,21 +14,10 @@ const UNREACHABLE: f64 = 1000.0;
 /// A candidate viewpoint as the decision sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stand {
-    /// Base position, m.
-    pub base: [f64; 2],
+    /// Base pose, m and rad.
+    pub base: [f64; 3],
     /// Arm posture, rad.
     pub joints: Joints,
-    /// True for the target that is being driven to.
-    pub is_current: bool,
-}
-
-/// Speeds that turn ways into seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Speeds {
-    /// Base, m/s.
-    pub base: f64,
-    /// Each joint, rad/s.
-    pub joint: f64,
 }
 
 /// One-to-all distances over the ground as it is now, made when asked for.
@@ -75,16 +65,13 @@ impl Ways {
 
 /// Chooses among candidates (HEATS, Algorithm 1). `None` if none can be reached.
 ///
-/// The way to the current target counts less by the share `hysteresis`, so that the robot does not waver.
-///
 /// # Errors
 /// The solver's own message.
 pub fn decide(
     mapper: &Mapper,
     ways: &Ways,
-    speeds: Speeds,
-    hysteresis: f64,
-    robot: ([f64; 2], Joints),
+    pace: &Pace,
+    robot: ([f64; 3], Joints),
     stands: &[Stand],
     params: &Params,
 ) -> Result<Option<Choice>, atsp::Error> {
@@ -99,39 +86,32 @@ pub fn decide(
     if ids.is_empty() {
         return Ok(None);
     }
-    let region_of: Vec<usize> = stands.iter().map(|s| index(s.base)).collect();
-    let center = |r: usize| regions.center(ids[r]).unwrap_or(robot.0);
-    let arm = |a: &Joints, b: &Joints| {
-        (0..6)
-            .map(|j| (a[j] - b[j]).abs() / speeds.joint)
-            .fold(0.0, f64::max)
-    };
+    let place = |base: &[f64; 3]| [base[0], base[1]];
+    let here = place(&robot.0);
+    let region_of: Vec<usize> = stands.iter().map(|s| index(place(&s.base))).collect();
+    let center = |r: usize| regions.center(ids[r]).unwrap_or(here);
     let seconds = |from: Place, to: Place| match (from, to) {
         (Place::Robot, Place::Candidate(c)) => {
             let stand = &stands[c];
-            let way = ways.meters(robot.0, stand.base) / speeds.base;
-            let time = way.max(arm(&robot.1, &stand.joints));
-            if stand.is_current {
-                time * (1.0 - hysteresis)
-            } else {
-                time
-            }
+            let way = ways.meters(here, place(&stand.base));
+            pace.seconds(way, (&robot.0, &robot.1), (&stand.base, &stand.joints))
         }
         (Place::Candidate(a), Place::Candidate(b)) => {
             // From the later one, so that each pair asks for one field.
             let (low, high) = (a.min(b), a.max(b));
-            let way = ways.meters(stands[low].base, stands[high].base) / speeds.base;
-            way.max(arm(&stands[a].joints, &stands[b].joints))
+            let way = ways.meters(place(&stands[low].base), place(&stands[high].base));
+            let (a, b) = (&stands[a], &stands[b]);
+            pace.seconds(way, (&a.base, &a.joints), (&b.base, &b.joints))
         }
         (Place::Candidate(c), Place::Region(r)) => {
-            let (from, to) = (stands[c].base, center(r));
+            let (from, to) = (place(&stands[c].base), center(r));
             let way = ways.meters(to, from);
             let way = if way.is_finite() {
                 way
             } else {
                 UNREACHABLE + straight(from, to)
             };
-            way / speeds.base
+            way / pace.v
         }
         (Place::Region(a), Place::Region(b)) => {
             let (from, to) = (center(a), center(b));
@@ -141,12 +121,12 @@ pub fn decide(
             } else {
                 UNREACHABLE + straight(from, to)
             };
-            way / speeds.base
+            way / pace.v
         }
         _ => f64::INFINITY,
     };
     let decision = Decision {
-        current: index(robot.0),
+        current: index(here),
         regions: ids.len(),
         region_of: &region_of,
     };

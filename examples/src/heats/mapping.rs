@@ -38,7 +38,7 @@ impl Mapper {
     /// The map's own message for sizes it cannot hold.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, voxmap::Error> {
         let m = &settings.map;
-        let map = VoxelMap::new(&Config {
+        let mut map = VoxelMap::new(&Config {
             cell_size: m.cell_size.unwrap_or(scene.limits.voxel),
             low: scene.bounds.min,
             high: scene.bounds.max,
@@ -48,6 +48,7 @@ impl Mapper {
                 ..SensorModel::default()
             },
         })?;
+        map.skip_narrow_faces(m.skip_narrow);
         let distance = Esdf::new(
             &map,
             EsdfParams {
@@ -103,12 +104,12 @@ impl Mapper {
         Ok(())
     }
 
-    /// Marks what the camera inspects from where it is now.
-    pub fn inspect(&mut self, camera: &Camera) {
+    /// Marks what the camera inspects from where it is now; `before` is the image taken before.
+    pub fn inspect(&mut self, before: &Camera, camera: &Camera) {
         match self.inspect_incidence {
             Some(limit) => self
                 .map
-                .mark_inspected_within(camera, self.inspect_range, limit),
+                .mark_inspected_twice(before, camera, self.inspect_range, limit),
             None => self.map.mark_inspected(camera, self.inspect_range),
         };
     }

@@ -10,16 +10,18 @@ mod decision;
 mod failures;
 mod mapping;
 mod motion;
+mod pace;
 mod search;
 mod settings;
 mod targets;
 
 pub use body::{Exact, Joints, Whole};
 pub use control::Controller;
-pub use decision::{Speeds, Stand, Ways, decide};
+pub use decision::{Stand, Ways, decide};
 pub use failures::Failures;
 pub use mapping::Mapper;
 pub use motion::{BodyPath, Failure, MotionParams};
+pub use pace::Pace;
 pub use search::{HeatsError, Run, run};
 pub use settings::{
     DecisionSettings, FrontierSettings, MapSettings, MotionSettings, PlanningTime, Sensors,

@@ -64,6 +64,8 @@ pub struct MapSettings {
     /// Each face of a voxel that is open to free space must then be seen from its own side. 90 or more is the published rule:
     /// one sight of a voxel inspects all of it, so that a table top seen from above is never looked at from below.
     pub inspect_incidence: f64,
+    /// Whether faces of things thinner than a voxel, which cannot carry a target, need no inspection.
+    pub skip_narrow: bool,
     /// Probabilities of the sensor model: hit, miss, lower clamp, upper clamp, occupied above.
     pub hit: f64,
     /// See [`hit`](Self::hit).
@@ -83,7 +85,8 @@ impl Default for MapSettings {
             inspect_range: None,
             inspect_band: (0.0, 2.4),
             inspect_incidence: 64.0,
-            hit: 0.70,
+            skip_narrow: true,
+            hit: 0.97,
             miss: 0.49,
             range_noise: 0.0,
             dropout: 0.0,
@@ -118,7 +121,7 @@ impl Default for FrontierSettings {
             exploration_size: 60.0,
             exploration_extent: 2.0,
             min_exploration: 10,
-            min_inspection: 3,
+            min_inspection: 6,
             normal_angle: 30.0,
             inspection_radius: 1.2,
             exploration_band: (0.0, 2.4),
@@ -130,17 +133,26 @@ impl Default for FrontierSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ViewSettings {
-    /// Decay of the motion gain, 1/s (lambda_m, eq. 3).
+    /// Decay of the motion gain, 1/s (lambda_m, eq. 3). HEATS table I has 0.5, with which a view 1.4 s nearer may see half as much;
+    /// a search then makes many stops that each see little.
     pub motion_decay: f64,
     /// Weight of exploration (lambda_e, eq. 4).
     pub exploration_weight: f64,
     /// Weight of inspection (lambda_i, eq. 4).
     pub inspection_weight: f64,
+    /// Weight of unknown voxels that only the camera sees, such as the inside of a bin, behind which lie several faces to inspect.
+    /// As published it is `exploration_weight`.
+    pub cavity_weight: f64,
     /// Least information gain of a candidate. Three inspection voxels (2.0) would be the smallest cluster; the robot then
     /// spends most of its time on slivers at edges before it leaves a region, so the default is higher.
     pub threshold: f64,
     /// Least information gain of the last tries, with wider rings, once nothing above the threshold is left.
     pub relaxed_threshold: f64,
+    /// Elevation (degrees, up is positive), height (m) and least distance ahead of the base's middle (m) of the camera in each view
+    /// of the library; the first is the posture to start with. The paper's seven attitudes, where an image covers most
+    /// of what such a view is for: walls, table tops and cabinet tops from above, undersides from a low camera stretched out beneath
+    /// them.
+    pub attitudes: Vec<(f64, f64, f64)>,
     /// Radii of the innermost and outermost ring of base positions around a cluster, m.
     pub ring_min: f64,
     /// See [`ring_min`](Self::ring_min).
@@ -154,11 +166,21 @@ pub struct ViewSettings {
 impl Default for ViewSettings {
     fn default() -> Self {
         Self {
-            motion_decay: 0.5,
+            motion_decay: 0.03,
             exploration_weight: 0.2,
             inspection_weight: 0.8,
-            threshold: 10.0,
-            relaxed_threshold: 5.0,
+            cavity_weight: 1.6,
+            threshold: 12.0,
+            relaxed_threshold: 4.0,
+            attitudes: vec![
+                (0.0, 1.2, 0.1),
+                (-25.0, 1.4, 0.6),
+                (25.0, 0.4, 0.8),
+                (-50.0, 1.35, 0.55),
+                (50.0, 0.3, 0.85),
+                (-75.0, 1.3, 0.45),
+                (75.0, 0.3, 0.8),
+            ],
             ring_min: 0.9,
             ring_max: 3.0,
             lidar_range: 8.0,
@@ -173,10 +195,16 @@ impl Default for ViewSettings {
 pub struct DecisionSettings {
     /// Concavity above which a region is cut, m.
     pub tau: f64,
+    /// Whether the candidates of the robot's region, and views from where it stands, are thinned to a greedy cover before the
+    /// order is chosen. False is the published rule: one view for each cluster, however small, visited one after another.
+    pub cover: bool,
+    /// Views of the cover that add less than this share of what the first adds wait for a later decision: first the views that see
+    /// much, then the leftovers of the region.
+    pub cover_share: f64,
+    /// A view that adds this much never waits (information gain at 0.15 m voxels).
+    pub cover_most: f64,
     /// Period of re-decisions while driving, s.
     pub period: f64,
-    /// Share by which another target must be better to replace the current one.
-    pub hysteresis: f64,
     /// Share of the target's gain that must be left to keep going there.
     pub keep_share: f64,
     /// Position tolerance of a reached viewpoint, m.
@@ -193,9 +221,11 @@ impl Default for DecisionSettings {
     fn default() -> Self {
         Self {
             tau: 2.5,
+            cover: true,
+            cover_share: 0.35,
+            cover_most: 25.0,
             period: 1.0,
-            hysteresis: 0.10,
-            keep_share: 0.5,
+            keep_share: 0.35,
             reached_position: 0.15,
             reached_angle: 5.0,
             strikes: 3,
@@ -212,6 +242,11 @@ pub struct MotionSettings {
     pub acceleration: (f64, f64, f64),
     /// Share of the speed limits that reference paths use; the rest is the controller's.
     pub reference_speed: f64,
+    /// Share of the base's acceleration limits that reference paths use.
+    pub reference_acceleration: f64,
+    /// Turning speed of the base that reference paths use, rad/s: a little below what still gives sharp images (1 rad/s), so
+    /// that turns inspect as well.
+    pub turn_speed: f64,
     /// Horizon of the controller, s (t_f, HEATS table I).
     pub horizon: f64,
     /// Knots of the horizon.
@@ -236,7 +271,9 @@ impl Default for MotionSettings {
     fn default() -> Self {
         Self {
             acceleration: (0.8, 2.0, 2.0),
-            reference_speed: 0.9,
+            reference_speed: 0.95,
+            reference_acceleration: 0.9,
+            turn_speed: 0.95,
             horizon: 3.0,
             knots: 30,
             iterations: 3,
@@ -430,7 +467,6 @@ impl Settings {
         not_negative("views.clearance", self.views.clearance)?;
         positive("decision.tau", self.decision.tau)?;
         positive("decision.period", self.decision.period)?;
-        share("decision.hysteresis", self.decision.hysteresis)?;
         share("decision.keep_share", self.decision.keep_share)?;
         positive("decision.reached_position", self.decision.reached_position)?;
         positive("decision.reached_angle", self.decision.reached_angle)?;
@@ -452,6 +488,14 @@ impl Settings {
             self.motion.knots as f64,
             "between 2 and 400",
         )?;
+        share("decision.cover_share", self.decision.cover_share)?;
+        share(
+            "motion.reference_acceleration",
+            self.motion.reference_acceleration,
+        )?;
+        not_negative("views.cavity_weight", self.views.cavity_weight)?;
+        positive("decision.cover_most", self.decision.cover_most)?;
+        positive("motion.turn_speed", self.motion.turn_speed)?;
         positive("motion.control_period", self.motion.control_period)?;
         not_negative("motion.margin", self.motion.margin)?;
         check(

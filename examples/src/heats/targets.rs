@@ -1,15 +1,19 @@
 //! The target viewpoint planner: frontiers, viewpoint libraries, candidates, decision (HEATS sect. IV).
 
 use super::body::{Joints, Whole};
-use super::decision::{Speeds, Stand, Ways, decide};
+use super::decision::{Stand, Ways, decide};
 use super::failures::Failures;
+use super::pace::Pace;
 use super::settings::{Sensors, Settings};
 use crate::clock::{Stage, Stopwatch};
 use frontier::{Cell, Frontiers, Kind};
 use robots::MobileManipulator;
 use std::collections::BTreeSet;
-use viewsample::{Changes, Cluster, CostModel, Frustum, Params, Pose, Posture, Sampler, Straight};
+use viewsample::{Changes, Cluster, CostModel, Frustum, Params, Pose, Posture, Sampler, Viewpoint};
 use voxmap::CellBox;
+
+/// Voxel edge for which thresholds are given, m: smaller voxels ask for as many more.
+const REFERENCE_CELL: f64 = 0.15;
 
 /// Radius of the disc for which ways are measured: the base's half width with its clearance, m.
 fn disc(whole: &Whole<'_>) -> f64 {
@@ -79,11 +83,10 @@ fn to_see(map: &voxmap::VoxelMap, kind: Kind, cells: Vec<Cell>) -> Vec<Cell> {
     out
 }
 
-/// Eq. 2 for what can be reached and is not excluded; never for the rest.
+/// Time to what can be reached and is not excluded; never for the rest.
 struct Costs<'a> {
-    straight: Straight<6>,
+    pace: &'a Pace,
     ways: &'a Ways,
-    robot: [f64; 2],
     failures: &'a Failures,
     now: f64,
 }
@@ -91,11 +94,11 @@ struct Costs<'a> {
 impl CostModel<Joints> for Costs<'_> {
     fn seconds(&self, from: (&[f64; 3], &Joints), to: (&[f64; 3], &Joints)) -> f64 {
         let base = [to.0[0], to.0[1]];
-        if self.failures.excludes(base, self.now) || !self.ways.meters(self.robot, base).is_finite()
-        {
+        if self.failures.excludes(base, self.now) {
             return f64::INFINITY;
         }
-        self.straight.seconds(from, to)
+        let way = self.ways.meters([from.0[0], from.0[1]], base);
+        self.pace.seconds(way, from, to)
     }
 }
 
@@ -109,8 +112,10 @@ pub struct Targets {
     held: BTreeSet<u64>,
     /// Cells of clusters that had their last try.
     tried: BTreeSet<Cell>,
-    speeds: Speeds,
-    hysteresis: f64,
+    pace: Pace,
+    cover: bool,
+    cover_share: f64,
+    cover_most: f64,
     seed: u64,
     /// Operations of the last decision, for the planner's account, s.
     pub counted: f64,
@@ -124,6 +129,7 @@ impl Targets {
     pub fn new(
         settings: &Settings,
         robot: &MobileManipulator,
+        pace: &Pace,
         postures: &[robots::Posture],
         cell_size: f64,
         inspect_range: f64,
@@ -150,6 +156,7 @@ impl Targets {
         .map_err(|e| e.to_string())?;
         let v = &settings.views;
         let defaults = Params::default();
+        let per_area = (REFERENCE_CELL / cell_size).powi(2);
         let params = Params {
             ring_min: v.ring_min,
             ring_max: v.ring_max.min(inspect_range - 0.5),
@@ -172,13 +179,14 @@ impl Targets {
             motion_decay: v.motion_decay,
             exploration_weight: v.exploration_weight,
             inspection_weight: v.inspection_weight,
-            threshold: v.threshold,
+            cavity_weight: v.cavity_weight,
+            threshold: v.threshold * per_area,
             // What is counted of an exploration frontier is its unknown side, so that nothing may block the way to it.
             unknown_allowance: 0,
             max_incidence: (settings.map.inspect_incidence < 90.0)
                 .then(|| settings.map.inspect_incidence.to_radians()),
             relaxed: viewsample::Relaxed {
-                threshold: v.relaxed_threshold,
+                threshold: v.relaxed_threshold * per_area,
                 ..defaults.relaxed
             },
             ..defaults
@@ -203,11 +211,10 @@ impl Targets {
             first: true,
             held: BTreeSet::new(),
             tried: BTreeSet::new(),
-            speeds: Speeds {
-                base: robot.limits.speed,
-                joint: robot.limits.joint_speed[0],
-            },
-            hysteresis: settings.decision.hysteresis,
+            pace: *pace,
+            cover: settings.decision.cover,
+            cover_share: settings.decision.cover_share,
+            cover_most: settings.decision.cover_most * per_area,
             seed: settings.seed,
             counted: 0.0,
         })
@@ -295,6 +302,11 @@ impl Targets {
         result.map_err(|e| e.to_string())
     }
 
+    /// Least information gain of a view.
+    pub fn threshold(&self) -> f64 {
+        self.sampler.params().threshold
+    }
+
     /// Information gain that is left at a view.
     pub fn gain_at(&self, base: [f64; 3], camera: &Pose) -> f64 {
         self.sampler.gain_at(base, camera).map_or(0.0, |g| g.info)
@@ -360,7 +372,8 @@ impl Targets {
             .map_err(|e| e.to_string())
     }
 
-    /// Chooses the next viewpoint (sect. IV-B and IV-C). `current` is the target under way, if it is still worth going there.
+    /// Chooses the next viewpoint (sect. IV-B and IV-C).
+    /// `robot` is where it is, `rest` where it would come to rest.
     ///
     /// # Errors
     /// The crates' own messages.
@@ -369,22 +382,17 @@ impl Targets {
         whole: &Whole<'_>,
         failures: &mut Failures,
         robot: ([f64; 3], Joints),
-        current: Option<&Choice>,
+        rest: [f64; 2],
         now: f64,
         watch: &mut Stopwatch,
     ) -> Result<Outcome, String> {
-        let place = [robot.0[0], robot.0[1]];
         let ways = Ways::new(whole.mapper, disc(whole)).map_err(|e| e.to_string())?;
-        let straight = Straight {
-            base_speed: self.speeds.base,
-            joint_speed: [self.speeds.joint; 6],
-        };
+        let pace = self.pace;
         let mut relaxed = false;
         let (found, _) = watch.time(Stage::Viewpoints, || {
             let costs = Costs {
-                straight,
+                pace: &pace,
                 ways: &ways,
-                robot: place,
                 failures,
                 now,
             };
@@ -393,7 +401,26 @@ impl Targets {
         let found = found.map_err(|e| e.to_string())?;
         let mut effort = found.effort;
         let mut views = found.views;
-        if views.is_empty() && current.is_none() {
+        if self.cover && !views.is_empty() {
+            let costs = Costs {
+                pace: &pace,
+                ways: &ways,
+                failures,
+                now,
+            };
+            let (covered, _) = watch.time(Stage::Viewpoints, || {
+                self.fewest(
+                    whole,
+                    &costs,
+                    &robot,
+                    rest,
+                    std::mem::take(&mut views),
+                    &mut effort,
+                )
+            });
+            views = covered?;
+        }
+        if views.is_empty() {
             if failures.lift(now) {
                 return Ok(Outcome::Wait);
             }
@@ -409,9 +436,8 @@ impl Targets {
                 })
                 .collect();
             let costs = Costs {
-                straight,
+                pace: &pace,
                 ways: &ways,
-                robot: place,
                 failures,
                 now,
             };
@@ -423,7 +449,7 @@ impl Targets {
             views = retry.views;
             relaxed = true;
             for id in ids {
-                if !views.iter().any(|v| v.cluster == id)
+                if !views.iter().any(|v| v.cluster == Some(id))
                     && let Some(c) = self.frontiers.get(id)
                 {
                     self.tried.extend(c.cells.iter().copied());
@@ -434,51 +460,35 @@ impl Targets {
             + 15e-6 * effort.camera_views as f64
             + 100e-6 * effort.lidar_views as f64
             + 2e-6 * effort.body_checks as f64;
-        if views.is_empty() && current.is_none() {
+        if views.is_empty() {
             return Ok(Outcome::Done);
         }
-        let mut stands: Vec<Stand> = views
+        let stands: Vec<Stand> = views
             .iter()
             .map(|v| Stand {
-                base: [v.base[0], v.base[1]],
+                base: v.base,
                 joints: v.state,
-                is_current: false,
             })
             .collect();
-        if let Some(c) = current {
-            stands.push(Stand {
-                base: [c.base[0], c.base[1]],
-                joints: c.joints,
-                is_current: true,
-            });
-        }
         let params = atsp::Params {
             kicks: 300,
             seed: self.seed,
             ..atsp::Params::default()
         };
         let (choice, _) = watch.time(Stage::Decision, || {
-            decide(
-                whole.mapper,
-                &ways,
-                self.speeds,
-                self.hysteresis,
-                (place, robot.1),
-                &stands,
-                &params,
-            )
+            decide(whole.mapper, &ways, &pace, robot, &stands, &params)
         });
         self.counted += 1e-3 * ways.count() as f64 + 20e-6 * stands.len() as f64;
         let Some(choice) = choice.map_err(|e| e.to_string())? else {
             return Ok(Outcome::Done);
         };
         let Some(view) = views.get(choice.candidate) else {
-            return Ok(current.map_or(Outcome::Done, |c| Outcome::Go(Box::new(c.clone()))));
+            return Ok(Outcome::Done);
         };
-        let cells = self
-            .frontiers
-            .get(view.cluster)
-            .map_or_else(Vec::new, |c| c.cells.clone());
+        let cells = match view.cluster.and_then(|id| self.frontiers.get(id)) {
+            Some(cluster) => cluster.cells.clone(),
+            None => self.seen_from(view.base, &view.camera),
+        };
         if relaxed {
             self.tried.extend(cells.iter().copied());
         }
@@ -490,6 +500,47 @@ impl Targets {
             relaxed,
             cells,
         })))
+    }
+
+    /// Of the views in the robot's region, and those from where it stands, the few that cover what all of them see; the views of
+    /// other regions stay as they are.
+    fn fewest(
+        &self,
+        whole: &Whole<'_>,
+        costs: &Costs<'_>,
+        robot: &([f64; 3], Joints),
+        here: [f64; 2],
+        views: Vec<Viewpoint<Joints>>,
+        effort: &mut viewsample::Effort,
+    ) -> Result<Vec<Viewpoint<Joints>>, String> {
+        let Some(regions) = &whole.mapper.regions else {
+            return Ok(views);
+        };
+        let region = regions.nearest_label(here);
+        let (mut near, mut kept): (Vec<_>, Vec<_>) = views
+            .into_iter()
+            .partition(|v| regions.nearest_label([v.base[0], v.base[1]]) == region);
+        let (turns, spent) = self
+            .sampler
+            .views_from(&[here], whole, costs, robot.0, &robot.1)
+            .map_err(|e| e.to_string())?;
+        *effort += spent;
+        near.extend(turns);
+        let (chosen, spent) = self
+            .sampler
+            .cover(&near, self.sampler.params().threshold)
+            .map_err(|e| e.to_string())?;
+        *effort += spent;
+        let most = chosen.first().map_or(0.0, |(_, gain)| gain.info);
+        for (index, gain) in chosen {
+            if gain.info < (self.cover_share * most).min(self.cover_most) {
+                break;
+            }
+            let mut view = near[index].clone();
+            view.gain = gain;
+            kept.push(view);
+        }
+        Ok(kept)
     }
 
     /// The inspection clusters that are left, as centre (m) and cells.

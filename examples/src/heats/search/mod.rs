@@ -1,0 +1,541 @@
+//! The run: sense, decide, move, until nothing is left to see.
+
+mod moves;
+mod outcome;
+mod setup;
+
+use crate::clock::{Account, Lap, Planning, Stage, Stopwatch};
+use crate::heats::body::{Exact, Joints, Whole};
+use crate::heats::control::Controller;
+use crate::heats::failures::Failures;
+use crate::heats::mapping::Mapper;
+use crate::heats::motion::{
+    BodyPath, Failure, MotionParams, STEP, compensate, is_clear, plan_arm, plan_base,
+};
+use crate::heats::pace::Pace;
+use crate::heats::settings::{PlanningTime, Sensors, Settings};
+use crate::heats::targets::{Choice, Outcome, Targets};
+use crate::record::{
+    Coverage, Ended, MapLayer, Progress, RunResult, SCHEMA, Sample, StageMs, Stop, TargetFound,
+    Trace, Wall,
+};
+use crate::report::Status;
+use crate::scene::Scene;
+use crate::sim::{
+    DepthCamera, DepthModel, GroundTruth, Lidar, LidarModel, MotionLimits, Noise, Simulator, TICK,
+    TagCamera, TagDetector, World,
+};
+use hybrid_astar::{GoalYaw, Limits, Planner};
+use robots::{BodyState, MobileManipulator};
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use viewsample::Pose;
+use voxmap::{Ball, Camera, Ground};
+
+/// Room that a view's base pose has beyond what paths need, so that a path can end there with any yaw near it, m.
+const VIEW_ROOM: f64 = 0.04;
+/// Turning rate of the camera below which images are sharp enough to read a tag (G item 45), rad/s.
+const STEADY: f64 = 1.0;
+/// Share of the image, across and down, whose middle counts as inspected: a target at the very edge is cut off.
+const IMAGE_SHARE: f64 = 0.95;
+/// Time between samples of the way, s.
+const SAMPLE_PERIOD: f64 = 0.2;
+/// How long a robot that should move may stand, s.
+const PATIENCE: f64 = 3.0;
+/// How long a path's end may be approached beyond its time, s.
+const LATENESS: f64 = 3.0;
+/// The reference waits while base (m) or joints (rad) lag further behind.
+const LAG: (f64, f64) = (0.25, 0.5);
+
+/// A finished run.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// What was found and what it cost.
+    pub result: RunResult,
+    /// What pictures need.
+    pub trace: Trace,
+}
+
+/// Why a run could not begin or go on. What was recorded until then is lost only if it could not begin.
+#[derive(Debug, thiserror::Error)]
+pub enum HeatsError {
+    /// A setting is out of range.
+    #[error(transparent)]
+    Settings(#[from] crate::heats::SettingsError),
+    /// The map cannot be made.
+    #[error("map: {0}")]
+    Map(#[from] voxmap::Error),
+    /// The ground truth cannot be made.
+    #[error("ground truth: {0}")]
+    Truth(#[from] crate::sim::GroundTruthError),
+    /// The robot cannot stand at its start.
+    #[error("start: {0}")]
+    Start(#[from] crate::sim::StartError),
+    /// A planner refused its input.
+    #[error("{0}")]
+    Planner(String),
+}
+
+/// What the robot is about.
+enum Motion {
+    /// Nothing planned: stand.
+    Rest,
+    /// Following a path.
+    Follow(Box<Follow>),
+}
+
+struct Follow {
+    path: BodyPath,
+    /// Time along the path, s.
+    time: f64,
+    /// What it is for; none for the first look around.
+    target: Option<Target>,
+    /// Camera pose at its end.
+    camera: Pose,
+    /// Since when the robot has not moved, and where it was.
+    still: (f64, [f64; 3], Joints),
+}
+
+struct Target {
+    choice: Choice,
+    /// Frontier information expected when it was chosen.
+    expected: f64,
+}
+
+/// Runs HEATS on a scene until the search is complete, the time limit, or `stop`. `progress` is told once a simulated second.
+///
+/// # Errors
+/// [`HeatsError`] if the run cannot begin: settings out of range, a map too large, a start in contact.
+pub fn run(
+    scene: &Scene,
+    settings: &Settings,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(&Status<'_>),
+) -> Result<Run, HeatsError> {
+    settings.validate()?;
+    let lap = Lap::start();
+    let mut search = Search::new(scene, settings)?;
+    let ended = search.go(stop, progress)?;
+    Ok(search.finish(ended, lap))
+}
+
+struct Search<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    robot: MobileManipulator,
+    sim: Simulator<Exact>,
+    truth: GroundTruth,
+    mapper: Mapper,
+    targets: Targets,
+    failures: Failures,
+    base_planner: Planner,
+    motion_params: MotionParams,
+    controller: Controller,
+    account: Account,
+    watch: Stopwatch,
+    motion: Motion,
+    /// A path that is still being computed, and when it is there.
+    pending: Option<(f64, Box<Follow>)>,
+    /// Earliest time of the next decision.
+    next_decision: f64,
+    /// The reached view that the next image still has to show.
+    arrived: Option<Target>,
+    rgb: (f64, f64),
+    looked_around: bool,
+    /// Whether the last image was sharp; a tag must be read in two in a row.
+    was_steady: bool,
+    /// Whether the last image was inspected: it and the one before were sharp.
+    sharp: bool,
+    /// Camera of the last image.
+    last_image: Camera,
+    activity: &'static str,
+    trace: Trace,
+    progress: Vec<Progress>,
+    decisions: usize,
+    views_reached: usize,
+    camera_down: Joints,
+    time_limit: f64,
+}
+
+fn whole<'a>(robot: &'a MobileManipulator, mapper: &'a Mapper, settings: &Settings) -> Whole<'a> {
+    Whole {
+        robot,
+        mapper,
+        base_clearance: settings.motion.base_clearance,
+        arm_clearance: settings.views.clearance,
+    }
+}
+
+fn camera_at(robot: &MobileManipulator, base: [f64; 3], joints: &Joints) -> Pose {
+    let frame = robot.camera_frame(&BodyState {
+        base,
+        joints: *joints,
+    });
+    Pose {
+        rotation: frame.rows(),
+        translation: frame.p,
+    }
+}
+
+impl<'a> Search<'a> {
+    fn whole(&self) -> Whole<'_> {
+        whole(&self.robot, &self.mapper, self.settings)
+    }
+
+    fn go(
+        &mut self,
+        stop: &AtomicBool,
+        progress: &mut dyn FnMut(&Status<'_>),
+    ) -> Result<Ended, HeatsError> {
+        let state = *self.sim.state();
+        let body: Vec<Ball> = self
+            .robot
+            .spheres(&BodyState {
+                base: state.base,
+                joints: state.joints,
+            })
+            .all
+            .iter()
+            .map(|s| Ball {
+                center: s.center,
+                radius: s.radius,
+            })
+            .collect();
+        self.mapper.clear_start(&body, 0.3);
+        let every = |seconds: f64| (seconds / TICK).round() as u64;
+        let control = every(self.settings.motion.control_period).max(1);
+        loop {
+            let now = self.sim.time();
+            let ticks = self.sim.ticks();
+            if stop.load(Ordering::Relaxed) {
+                return Ok(Ended::Interrupted);
+            }
+            if now >= self.time_limit - 1e-9 {
+                return Ok(Ended::TimeLimit);
+            }
+            let imaged = self.sense()?;
+            if ticks.is_multiple_of(every(SAMPLE_PERIOD)) {
+                self.sample(now);
+            }
+            if ticks.is_multiple_of(every(1.0)) {
+                self.tell(now, progress);
+            }
+            if imaged && self.think(now)? {
+                return Ok(Ended::Complete);
+            }
+            if ticks.is_multiple_of(control) {
+                self.control(now)?;
+            }
+            let command = self.controller.tick(self.sim.state());
+            let lap = Lap::start();
+            self.sim.step(&command);
+            self.watch.stop(Stage::Simulator, lap);
+        }
+    }
+
+    /// Takes in the measurements that fall due. True if an image came.
+    fn sense(&mut self) -> Result<bool, HeatsError> {
+        let due = self.sim.due();
+        if !(due.lidar || due.depth || due.rgb) {
+            return Ok(false);
+        }
+        let state = *self.sim.state();
+        let body: Vec<Ball> = self
+            .robot
+            .spheres(&BodyState {
+                base: state.base,
+                joints: state.joints,
+            })
+            .all
+            .iter()
+            .map(|s| Ball {
+                center: s.center,
+                radius: s.radius,
+            })
+            .collect();
+        let both = self.settings.sensors == Sensors::Both;
+        let lap = Lap::start();
+        if due.lidar && due.depth && both {
+            self.sim.scan_and_image();
+        }
+        self.watch.stop(Stage::Simulator, lap);
+        let lap = Lap::start();
+        if due.lidar && both {
+            let scan = self.sim.scan();
+            self.mapper
+                .integrate(scan.origin, &scan.hits, &scan.misses, scan.max_range, &body)?;
+        }
+        if due.depth {
+            let image = self.sim.image();
+            self.mapper.integrate(
+                image.origin,
+                &image.hits,
+                &image.misses,
+                image.max_range,
+                &body,
+            )?;
+        }
+        // Images of a camera that turns fast are blurred: no tag is read in them, so nothing counts as inspected.
+        if due.rgb {
+            let steady = self.sim.camera_turn() < STEADY;
+            self.sharp = std::mem::replace(&mut self.was_steady, steady) && steady;
+        }
+        if due.rgb {
+            let (rotation, translation) = *self.sim.camera();
+            let camera = Camera {
+                rotation,
+                translation,
+                tan_half_h: self.rgb.0,
+                tan_half_v: self.rgb.1,
+            };
+            if self.sharp {
+                self.mapper.inspect(&self.last_image, &camera);
+            }
+            self.last_image = camera;
+        }
+        let boxes = self.mapper.refresh();
+        self.targets.note(boxes);
+        self.watch.stop(Stage::MapUpdate, lap);
+        if due.rgb {
+            self.sim.detect();
+        }
+        Ok(due.depth)
+    }
+
+    /// Decides what to do next where that is due. True when the search is complete.
+    fn think(&mut self, now: f64) -> Result<bool, HeatsError> {
+        if let Some((at, _)) = &self.pending {
+            if now + 1e-9 < *at {
+                return Ok(false);
+            }
+            if let Some((at, mut follow)) = self.pending.take() {
+                follow.time = now - at;
+                follow.still.0 = now;
+                self.controller.reset();
+                self.motion = Motion::Follow(follow);
+            }
+        }
+        if !self.looked_around {
+            self.looked_around = true;
+            self.look_around(now);
+            return Ok(false);
+        }
+        match &self.motion {
+            Motion::Follow(follow) if follow.target.is_none() => {
+                if follow.time < follow.path.seconds() + 0.2 {
+                    return Ok(false);
+                }
+                self.rest();
+            }
+            Motion::Follow(follow) => {
+                if self.has_arrived(follow) {
+                    self.arrive(now);
+                } else if self.is_stuck(follow, now) {
+                    self.strike(now, "the robot did not get there");
+                } else if !is_clear(&self.whole(), &follow.path, follow.time, 0.0) {
+                    self.activity = "replanning: path blocked";
+                    self.rest();
+                } else if now < self.next_decision {
+                    return Ok(false);
+                } else {
+                    self.refresh()?;
+                    if self.is_worth_going() {
+                        self.next_decision = now + self.settings.decision.period;
+                        return Ok(false);
+                    }
+                }
+            }
+            Motion::Rest => {
+                if now < self.next_decision {
+                    return Ok(false);
+                }
+            }
+        }
+        self.decide(now)
+    }
+
+    fn rest(&mut self) {
+        self.motion = Motion::Rest;
+        self.controller.halt();
+        self.next_decision = 0.0;
+    }
+
+    /// Whether the camera is where the path ends and has taken a sharp image there (G item 44).
+    fn has_arrived(&self, follow: &Follow) -> bool {
+        let (rotation, translation) = self.sim.camera();
+        let wanted = &follow.camera;
+        let off: f64 = (0..3)
+            .map(|a| (translation[a] - wanted.translation[a]).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        let cosine: f64 = (0..3).map(|a| rotation[a][2] * wanted.rotation[a][2]).sum();
+        let d = &self.settings.decision;
+        self.sharp
+            && follow.time + 0.5 >= follow.path.seconds()
+            && off <= d.reached_position
+            && cosine.clamp(-1.0, 1.0).acos() <= d.reached_angle.to_radians()
+    }
+
+    fn is_stuck(&self, follow: &Follow, now: f64) -> bool {
+        now - follow.still.0 > PATIENCE || follow.time > follow.path.seconds() + LATENESS
+    }
+
+    /// The view is reached: if what it promised did not come, it never will.
+    fn arrive(&mut self, now: f64) {
+        let Motion::Follow(follow) = std::mem::replace(&mut self.motion, Motion::Rest) else {
+            return;
+        };
+        self.next_decision = 0.0;
+        let (rotation, translation) = *self.sim.camera();
+        self.views_reached += 1;
+        self.trace.stops.push(Stop {
+            time: now,
+            camera: translation,
+            axis: [0, 1, 2].map(|a| rotation[a][2]),
+        });
+        let mut follow = follow;
+        if let Some(target) = follow.target.take() {
+            self.arrived = Some(target);
+        }
+        // The path's last stretch goes on being tracked until the next one is there.
+        self.motion = Motion::Follow(follow);
+    }
+
+    /// Whether enough of what the target under way promised is still there.
+    fn is_worth_going(&self) -> bool {
+        let Motion::Follow(follow) = &self.motion else {
+            return false;
+        };
+        let Some(target) = &follow.target else {
+            return false;
+        };
+        let left = self
+            .targets
+            .gain_at(follow.path.end().0, &target.choice.camera);
+        left >= self.settings.decision.keep_share * target.expected
+            && left >= self.targets.threshold().min(target.expected)
+    }
+
+    /// Notes a failure of the target under way, and stops.
+    fn strike(&mut self, now: f64, reason: &str) {
+        if let Motion::Follow(follow) = std::mem::replace(&mut self.motion, Motion::Rest)
+            && let Some(target) = follow.target
+        {
+            self.fail(&target.choice, now, reason);
+        }
+        self.rest();
+    }
+
+    fn fail(&mut self, choice: &Choice, now: f64, reason: &str) {
+        let d = &self.settings.decision;
+        let base = [choice.base[0], choice.base[1]];
+        if self.failures.strike(base, now, d.exclusion) >= d.strikes {
+            self.failures
+                .give_up(&choice.cells, choice.camera.translation, reason, now);
+        }
+    }
+
+    /// One decision and the motion that follows from it. True when nothing is left.
+    fn decide(&mut self, now: f64) -> Result<bool, HeatsError> {
+        let lap = Lap::start();
+        self.next_decision = now + self.settings.decision.period;
+        self.mapper.segment(now)?;
+        let outcome = self.choose(now)?;
+        self.decisions += 1;
+        match outcome {
+            Outcome::Done => Ok(true),
+            Outcome::Wait => Ok(false),
+            Outcome::Go(choice) => {
+                self.set_out(now, *choice, lap);
+                Ok(false)
+            }
+        }
+    }
+
+    /// Brings frontiers and libraries up to date.
+    fn refresh(&mut self) -> Result<(), HeatsError> {
+        let whole = whole(&self.robot, &self.mapper, self.settings);
+        self.targets
+            .update(&whole, &self.failures, &mut self.watch)
+            .map_err(HeatsError::Planner)
+    }
+
+    fn choose(&mut self, now: f64) -> Result<Outcome, HeatsError> {
+        let state = *self.sim.state();
+        // Where the robot comes to rest when it brakes now.
+        let stop = state.v * state.v.abs() / (2.0 * self.motion_params.base.a);
+        let rest = [
+            state.base[0] + stop * state.base[2].cos(),
+            state.base[1] + stop * state.base[2].sin(),
+        ];
+        let whole = Whole {
+            base_clearance: self.settings.motion.base_clearance + VIEW_ROOM,
+            ..whole(&self.robot, &self.mapper, self.settings)
+        };
+        let (targets, failures, watch) = (&mut self.targets, &mut self.failures, &mut self.watch);
+        targets
+            .update(&whole, failures, watch)
+            .map_err(HeatsError::Planner)?;
+        if let Some(reached) = self.arrived.take() {
+            // What a reached view still promises does not come from there.
+            let (rotation, translation) = *self.sim.camera();
+            let camera = Pose {
+                rotation,
+                translation,
+            };
+            if targets.gain_at(state.base, &camera) >= 0.5 * reached.expected {
+                let cells = targets.seen_from(state.base, &camera);
+                failures.give_up(
+                    &cells,
+                    translation,
+                    "in sight of a reached view, but never inspected",
+                    now,
+                );
+                targets
+                    .drop_given_up(&whole, failures)
+                    .map_err(HeatsError::Planner)?;
+            }
+        }
+        targets
+            .choose(
+                &whole,
+                failures,
+                (state.base, state.joints),
+                rest,
+                now,
+                watch,
+            )
+            .map_err(HeatsError::Planner)
+    }
+
+    /// One control step along the path, if there is one.
+    fn control(&mut self, now: f64) -> Result<(), HeatsError> {
+        let mut motion = std::mem::replace(&mut self.motion, Motion::Rest);
+        if let Motion::Follow(follow) = &mut motion {
+            let state = *self.sim.state();
+            let (base, joints) = follow.path.at(follow.time);
+            let lag = (base[0] - state.base[0]).hypot(base[1] - state.base[1]);
+            let turn = (0..6)
+                .map(|j| (joints[j] - state.joints[j]).abs())
+                .fold(0.0, f64::max);
+            if lag <= LAG.0 && turn <= LAG.1 && (base[2] - state.base[2]).abs() <= LAG.1 {
+                follow.time += self.settings.motion.control_period;
+            }
+            let (_, was, were) = &follow.still;
+            let moved = (was[0] - state.base[0]).hypot(was[1] - state.base[1]) > 0.02
+                || (was[2] - state.base[2]).abs() > 0.05
+                || (0..6).any(|j| (were[j] - state.joints[j]).abs() > 0.05);
+            if moved {
+                follow.still = (now, state.base, state.joints);
+            }
+            let lap = Lap::start();
+            let whole = whole(&self.robot, &self.mapper, self.settings);
+            self.controller
+                .step(&whole, &state, &follow.path, follow.time)
+                .map_err(|e| HeatsError::Planner(e.to_string()))?;
+            self.watch.stop(Stage::Mpc, lap);
+        }
+        self.motion = motion;
+        Ok(())
+    }
+}

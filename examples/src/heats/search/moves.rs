@@ -1,0 +1,188 @@
+//! Moves: the first look around, and the way to a chosen view.
+
+use super::*;
+
+impl Search<'_> {
+    /// Turns once on the spot with the camera down, so that the floor around the start is known (G item 9); where the base cannot
+    /// turn, the shoulder does.
+    pub(super) fn look_around(&mut self, now: f64) {
+        let state = *self.sim.state();
+        let whole = self.whole();
+        let turns = (0..36).all(|i| {
+            let yaw = state.base[2] + f64::from(i) * std::f64::consts::TAU / 36.0;
+            whole.base_room([state.base[0], state.base[1], yaw]) >= -0.5
+        }) && (0..36).all(|i| {
+            let yaw = state.base[2] + f64::from(i) * std::f64::consts::TAU / 36.0;
+            whole.robot.base_circles().iter().all(|&([x, y], r)| {
+                let (s, c) = yaw.sin_cos();
+                let p = [state.base[0] + c * x - s * y, state.base[1] + s * x + c * y];
+                self.mapper.ground.obstacle_clearance(p) >= r + 0.1
+            })
+        });
+        let steps = 70;
+        let ease = |i: usize| {
+            let t = i as f64 / steps as f64;
+            // Smoothstep: rest to rest, within the acceleration limits.
+            t * t * (3.0 - 2.0 * t)
+        };
+        let mut path = BodyPath {
+            base: Vec::new(),
+            joints: Vec::new(),
+        };
+        let reach = if turns { steps } else { 3 * steps };
+        for i in 0..=reach {
+            let lower = (i as f64 * STEP / 2.5).min(1.0);
+            let lower = lower * lower * (3.0 - 2.0 * lower);
+            let mut joints: Joints = std::array::from_fn(|j| {
+                state.joints[j] + lower * (self.camera_down[j] - state.joints[j])
+            });
+            let mut base = state.base;
+            if turns {
+                base[2] += std::f64::consts::TAU * ease(i);
+            } else {
+                // Shoulder: a third of the time each to one side, to the other, and back.
+                let third = i / steps;
+                let part = ease(i - third * steps);
+                let side = std::f64::consts::PI * 0.8;
+                joints[0] += match third {
+                    0 => side * part,
+                    1 => side * (1.0 - 2.0 * part),
+                    2 => -side * (1.0 - part),
+                    _ => 0.0,
+                };
+            }
+            path.base.push(base);
+            path.joints.push(joints);
+        }
+        let (base, joints) = path.end();
+        let camera = camera_at(&self.robot, base, &joints);
+        self.motion = Motion::Follow(Box::new(Follow {
+            path,
+            time: 0.0,
+            target: None,
+            camera,
+            still: (now, state.base, state.joints),
+        }));
+        self.controller.reset();
+    }
+
+    /// Plans the way to a chosen view and follows it once planning is done.
+    pub(super) fn set_out(&mut self, now: f64, choice: Choice, lap: Lap) {
+        self.activity = if choice.relaxed {
+            "last tries"
+        } else {
+            "driving to a view"
+        };
+        match self.plan_motion(now, &choice) {
+            Ok((path, camera, operations)) => {
+                let counted = self.targets.counted
+                    + 3e-6 * operations.0 as f64
+                    + 30e-6 * operations.1 as f64
+                    + 0.01;
+                let ready = self.account.charge(now, counted, lap.seconds());
+                let expected = self.targets.gain_at(path.end().0, &camera).max(1e-9);
+                let state = self.sim.state();
+                self.pending = Some((
+                    ready,
+                    Box::new(Follow {
+                        path,
+                        time: 0.0,
+                        target: Some(Target { choice, expected }),
+                        camera,
+                        still: (now, state.base, state.joints),
+                    }),
+                ));
+            }
+            Err(Failure(reason)) => {
+                self.account
+                    .charge(now, self.targets.counted, lap.seconds());
+                self.fail(&choice, now, &reason);
+                self.next_decision = now + 0.1;
+                if matches!(&self.motion, Motion::Follow(follow) if follow.target.is_some()) {
+                    self.rest();
+                }
+            }
+        }
+    }
+
+    /// Base with free yaw first; where the arm cannot make up for it, the yaw of the library (sect. V-A).
+    pub(super) fn plan_motion(
+        &mut self,
+        now: f64,
+        choice: &Choice,
+    ) -> Result<(BodyPath, Pose, (usize, usize)), Failure> {
+        let state = *self.sim.state();
+        let speed = if state.v.abs() < 0.02 { 0.0 } else { state.v };
+        let goal = BodyState {
+            base: choice.base,
+            joints: choice.joints,
+        };
+        let place = [choice.base[0], choice.base[1]];
+        let seed = self.settings.seed ^ (now / TICK) as u64;
+        let whole = whole(&self.robot, &self.mapper, self.settings);
+        let (planner, watch) = (&mut self.base_planner, &mut self.watch);
+        let mut tried: Result<(BodyPath, Pose, (usize, usize)), Failure> =
+            Err(Failure("no way was tried".into()));
+        let mut effort = (0, 0);
+        for yaw in [GoalYaw::Free, GoalYaw::Fixed(choice.base[2])] {
+            let (base, _) = watch.time(Stage::BasePath, || {
+                plan_base(
+                    planner,
+                    &whole,
+                    &self.motion_params,
+                    state.base,
+                    speed,
+                    place,
+                    &yaw,
+                )
+            });
+            let base = match base {
+                Ok(base) => base,
+                Err(failure) => {
+                    if tried.is_err() {
+                        tried = Err(failure);
+                    }
+                    continue;
+                }
+            };
+            effort.0 += base.expansions;
+            let end = base.poses[base.poses.len() - 1];
+            let lap = Lap::start();
+            let arm = compensate(&whole, &goal, end, &state.joints)
+                .ok_or_else(|| {
+                    Failure("no free arm posture shows the view from where the base stops".into())
+                })
+                .and_then(|joints| {
+                    plan_arm(
+                        &whole,
+                        &self.motion_params,
+                        &base.poses,
+                        state.joints,
+                        joints,
+                        seed,
+                    )
+                });
+            watch.stop(Stage::ArmPath, lap);
+            match arm {
+                Ok((path, samples)) => {
+                    let (base_end, joints_end) = path.end();
+                    let camera = camera_at(&self.robot, base_end, &joints_end);
+                    effort.1 += samples;
+                    if tried
+                        .as_ref()
+                        .is_ok_and(|(best, ..)| best.seconds() <= path.seconds())
+                    {
+                        continue;
+                    }
+                    tried = Ok((path, camera, effort));
+                }
+                Err(failure) => {
+                    if tried.is_err() {
+                        tried = Err(failure);
+                    }
+                }
+            }
+        }
+        tried.map(|(path, camera, _)| (path, camera, effort))
+    }
+}
