@@ -3,8 +3,8 @@
 use super::settings::Settings;
 use crate::scene::Scene;
 use voxmap::{
-    Ball, Camera, CellBox, Config, CostMap, CostMapParams, Esdf, EsdfParams, RegionParams, Regions,
-    Scan, SensorModel, VoxelMap,
+    Ball, Camera, CellBox, Config, CostMap, CostMapParams, Esdf, EsdfParams, GrazingGuard,
+    RegionParams, Regions, Scan, SensorModel, VoxelMap,
 };
 
 /// Free area that must have changed before regions are segmented again, m2.
@@ -26,6 +26,7 @@ pub struct Mapper {
     pub inspect_range: f64,
     /// Largest incidence at which a face counts as inspected, rad; none for the published rule.
     pub inspect_incidence: Option<f64>,
+    grazing_guard: Option<GrazingGuard>,
     region_params: RegionParams,
     segmented_at: f64,
     free_cells: usize,
@@ -64,6 +65,7 @@ impl Mapper {
             inspect_range: m.inspect_range.unwrap_or(scene.limits.d_ins),
             inspect_incidence: (m.inspect_incidence < 90.0)
                 .then(|| m.inspect_incidence.to_radians()),
+            grazing_guard: m.grazing_guard.then(GrazingGuard::default),
             region_params: RegionParams {
                 tau: settings.decision.tau,
                 ..RegionParams::default()
@@ -99,6 +101,7 @@ impl Mapper {
             misses,
             max_range,
             skip: body,
+            grazing_guard: self.grazing_guard,
             ..Scan::default()
         })?;
         Ok(())

@@ -70,6 +70,9 @@ pub struct MapSettings {
     pub hit: f64,
     /// See [`hit`](Self::hit).
     pub miss: f64,
+    /// Whether rays that scrape along a surface are kept from erasing it: each voxel that turns free and occupied again is to be
+    /// inspected again.
+    pub grazing_guard: bool,
     /// Standard deviation of range noise as a share of the range; 0 is a perfect sensor.
     pub range_noise: f64,
     /// Share of rays that return nothing by chance.
@@ -88,6 +91,7 @@ impl Default for MapSettings {
             skip_narrow: true,
             hit: 0.97,
             miss: 0.49,
+            grazing_guard: true,
             range_noise: 0.0,
             dropout: 0.0,
             truncation: 1.0,
