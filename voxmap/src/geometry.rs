@@ -110,4 +110,12 @@ impl Camera {
             && along(0).abs() <= depth * self.tan_half_h
             && along(1).abs() <= depth * self.tan_half_v
     }
+
+    /// True if a ball around a point lies in front of the camera and whole inside the image.
+    pub fn sees_ball(&self, center: [f64; 3], radius: f64) -> bool {
+        let d = [0, 1, 2].map(|a| center[a] - self.translation[a]);
+        let c = [0, 1, 2].map(|j| (0..3).map(|a| self.rotation[a][j] * d[a]).sum::<f64>());
+        let inside = |x: f64, tan: f64| x.abs() + radius * tan.hypot(1.0) <= tan * c[2];
+        c[2] > 0.0 && inside(c[0], self.tan_half_h) && inside(c[1], self.tan_half_v)
+    }
 }

@@ -30,22 +30,23 @@ impl VoxelMap {
         self.mark(camera, None, range, Some(max_incidence))
     }
 
-    /// As [`mark_inspected_within`](Self::mark_inspected_within), but only what lies inside the image taken before as well, for
-    /// detectors that ask for two images in a row.
+    /// As [`mark_inspected_within`](Self::mark_inspected_within), for detectors that ask for a whole target in two images in a
+    /// row: a ball of `radius` m around the cell's centre must lie inside this image and the one taken before.
     pub fn mark_inspected_twice(
         &mut self,
         before: &Camera,
         camera: &Camera,
         range: f64,
         max_incidence: f64,
+        radius: f64,
     ) -> usize {
-        self.mark(camera, Some(before), range, Some(max_incidence))
+        self.mark(camera, Some((before, radius)), range, Some(max_incidence))
     }
 
     fn mark(
         &mut self,
         camera: &Camera,
-        before: Option<&Camera>,
+        twice: Option<(&Camera, f64)>,
         range: f64,
         max_incidence: Option<f64>,
     ) -> usize {
@@ -75,7 +76,10 @@ impl VoxelMap {
                         let square: f64 = (0..3).map(|a| (center[a] - eye[a]).powi(2)).sum();
                         if square >= range * range
                             || !camera.sees(center)
-                            || before.is_some_and(|b| !b.sees(center))
+                            || twice.is_some_and(|(before, radius)| {
+                                !(camera.sees_ball(center, radius)
+                                    && before.sees_ball(center, radius))
+                            })
                         {
                             continue;
                         }

@@ -489,10 +489,16 @@ fn two_images_in_a_row_inspect_what_both_show() {
         ..looking_along_x([2.75, y, 1.25])
     };
     let mut map = wall();
-    map.mark_inspected_twice(&narrow(1.25), &narrow(2.25), 8.0, 1.1);
+    map.mark_inspected_twice(&narrow(1.25), &narrow(2.25), 8.0, 1.1, 0.0);
     // Each shows 0.75 m to either side: 0.5..2.0 and 1.5..3.0.
     let seen: Vec<i32> = (0..10).filter(|&y| map.is_inspected([8, y, 2])).collect();
     assert_eq!(seen, [3]);
+    let mut whole = wall();
+    assert_eq!(
+        whole.mark_inspected_twice(&narrow(1.25), &narrow(2.25), 8.0, 1.1, 0.3),
+        0,
+        "no ball of 0.3 m fits into both images"
+    );
 }
 
 #[test]

@@ -7,6 +7,8 @@ use voxmap::{
     RegionParams, Regions, Scan, SensorModel, VoxelMap,
 };
 
+/// Radius of a target, m: half the diagonal of the paper's tags, about.
+const TARGET: f64 = 0.12;
 /// Free area that must have changed before regions are segmented again, m2.
 const REGION_AREA: f64 = 1.0;
 /// Shortest time between two segmentations, s.
@@ -110,9 +112,10 @@ impl Mapper {
     /// Marks what the camera inspects from where it is now; `before` is the image taken before.
     pub fn inspect(&mut self, before: &Camera, camera: &Camera) {
         match self.inspect_incidence {
-            Some(limit) => self
-                .map
-                .mark_inspected_twice(before, camera, self.inspect_range, limit),
+            Some(limit) => {
+                self.map
+                    .mark_inspected_twice(before, camera, self.inspect_range, limit, TARGET)
+            }
             None => self.map.mark_inspected(camera, self.inspect_range),
         };
     }

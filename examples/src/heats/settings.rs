@@ -174,8 +174,8 @@ impl Default for ViewSettings {
             exploration_weight: 0.2,
             inspection_weight: 0.8,
             cavity_weight: 1.6,
-            threshold: 12.0,
-            relaxed_threshold: 4.0,
+            threshold: 8.0,
+            relaxed_threshold: 2.0,
             attitudes: vec![
                 (0.0, 1.2, 0.1),
                 (-25.0, 1.4, 0.6),

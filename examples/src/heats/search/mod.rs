@@ -36,12 +36,14 @@ use voxmap::{Ball, Camera, Ground};
 const VIEW_ROOM: f64 = 0.04;
 /// Turning rate of the camera below which images are sharp enough to read a tag (G item 45), rad/s.
 const STEADY: f64 = 1.0;
-/// Share of the image, across and down, whose middle counts as inspected: a target at the very edge is cut off.
-const IMAGE_SHARE: f64 = 0.95;
 /// Time between samples of the way, s.
 const SAMPLE_PERIOD: f64 = 0.2;
 /// How long a robot that should move may stand, s.
 const PATIENCE: f64 = 3.0;
+/// A path that is blocked before it was followed for so long counts as a failure of its target, s.
+const FRESH: f64 = 0.5;
+/// How much deeper than the robot is a path out of a violation may go, m.
+const SLACK: f64 = 0.01;
 /// How long a path's end may be approached beyond its time, s.
 const LATENESS: f64 = 3.0;
 /// The reference waits while base (m) or joints (rad) lag further behind.
@@ -332,9 +334,13 @@ impl<'a> Search<'a> {
                     self.arrive(now);
                 } else if self.is_stuck(follow, now) {
                     self.strike(now, "the robot did not get there");
-                } else if !is_clear(&self.whole(), &follow.path, follow.time, 0.0) {
+                } else if !self.is_still_clear(follow) {
                     self.activity = "replanning: path blocked";
-                    self.rest();
+                    if follow.time < FRESH {
+                        self.strike(now, "the way is blocked where it begins");
+                    } else {
+                        self.rest();
+                    }
                 } else if now < self.next_decision {
                     return Ok(false);
                 } else {
@@ -374,6 +380,14 @@ impl<'a> Search<'a> {
             && follow.time + 0.5 >= follow.path.seconds()
             && off <= d.reached_position
             && cosine.clamp(-1.0, 1.0).acos() <= d.reached_angle.to_radians()
+    }
+
+    /// Whether the rest of the path keeps out of what the map shows now, or at least goes no deeper into it than the robot is.
+    fn is_still_clear(&self, follow: &Follow) -> bool {
+        let state = self.sim.state();
+        let whole = self.whole();
+        let now = whole.room(state.base, &state.joints);
+        is_clear(&whole, &follow.path, follow.time, now.min(0.0) - SLACK)
     }
 
     fn is_stuck(&self, follow: &Follow, now: f64) -> bool {

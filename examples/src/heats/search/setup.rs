@@ -124,8 +124,8 @@ impl<'a> Search<'a> {
         let depth = DepthCamera::new(DepthModel::default(), noise(1));
         let tag_camera = TagCamera::new(mapper.inspect_range);
         let rgb = (
-            IMAGE_SHARE * (0.5 * tag_camera.field[0]).tan(),
-            IMAGE_SHARE * (0.5 * tag_camera.field[1]).tan(),
+            (0.5 * tag_camera.field[0]).tan(),
+            (0.5 * tag_camera.field[1]).tan(),
         );
         let detector = TagDetector::new(tag_camera, &scene.tags);
         let start = [scene.start.x, scene.start.y, scene.start.yaw];
