@@ -5,6 +5,9 @@
 //! changed box touches is looked at again, untouched clusters keep their ids, and the set of cells always equals that of a
 //! search from scratch. Clusters below the minimum size are kept and marked [`small`](Cluster::small), never lost.
 //!
+//! [`Fringe`] keeps FLAP's frontiers, unknown cells next to free ones, with the cells on the faces of search volumes and the
+//! normals that say from which side to look.
+//!
 //! ```
 //! use frontier::{exploration, grid::Grid};
 //!
@@ -16,6 +19,7 @@
 mod cluster;
 pub mod conformance;
 mod detect;
+mod fringe;
 pub mod grid;
 mod layer;
 mod map;
@@ -25,6 +29,7 @@ mod update;
 
 pub use cluster::{Cluster, Kind};
 pub use detect::{exploration, exploration_on, inspection};
+pub use fringe::Fringe;
 pub use map::Map;
 pub use params::{Error, Params, Side, Split};
 pub use update::{Frontiers, Update};

@@ -10,6 +10,7 @@
 //! - [`Chain`]: any serial arm from data; from a URDF with a small file beside it (feature `urdf`), with differential
 //!   inverse kinematics under joint and speed limits (feature `diff-ik`).
 //! - [`LiftHead`]: a PR2-like robot whose camera sits on a pan-tilt head over a lifting torso.
+//! - [`PanCamera`]: FLAP's simpler model of the same robot, whose camera turns with the base and stays in place.
 //! - [`Posture`]: arm states that look ahead from a wanted height at a wanted elevation.
 //!
 //! Metres, radians, seconds. The base frame has x forward, z up and its origin on the floor at the turning centre;
@@ -55,6 +56,7 @@ mod jacobians;
 mod manipulator;
 #[cfg(feature = "ddp-rbf")]
 mod mpc;
+mod pan_camera;
 mod posture;
 mod shapes;
 mod traits;
@@ -81,6 +83,7 @@ pub use jacobians::*;
 pub use manipulator::*;
 #[cfg(feature = "ddp-rbf")]
 pub use mpc::{FieldClearance, SelfClearance};
+pub use pan_camera::{LevelCamera, PanCamera, PanState};
 pub use posture::*;
 pub use shapes::{CAMERA_LINK, CAPSULES, Capsule, Cuboid, LinkSizes, Sphere};
 #[cfg(feature = "viewsample")]

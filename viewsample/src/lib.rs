@@ -41,6 +41,8 @@
 //! # Ok::<(), viewsample::Error>(())
 //! ```
 //!
+//! FLAP's views, sampled around frontier cells and evaluated by a fan of rays through unknown space, are in [`flap`].
+//!
 //! # How it is fast
 //!
 //! The sampler keeps the map as one bit a cell in words along z. One walk through the plane serves all
@@ -54,6 +56,7 @@ pub mod conformance;
 mod cover;
 mod dirty;
 mod error;
+pub mod flap;
 mod gain;
 mod geometry;
 pub mod grid;

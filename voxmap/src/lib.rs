@@ -44,7 +44,7 @@ pub use costmap::{CostMap, CostMapParams, Ground};
 pub use error::Error;
 pub use esdf::{Esdf, EsdfParams};
 pub use geometry::{Ball, Camera, Cell, CellBox, State};
-pub use insert::{GrazingGuard, Scan, ScanStats};
+pub use insert::{FanImage, GrazingGuard, Scan, ScanStats};
 pub use map::{Config, Counts, VoxelMap};
 pub use regions::{RegionParams, Regions};
 pub use sensor::SensorModel;

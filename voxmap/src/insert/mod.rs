@@ -1,6 +1,7 @@
 //! Insertion of scans: every ray exact, every cell at most once per scan, hits win over misses.
 
 mod apply;
+mod fan;
 mod guard;
 mod lanes;
 mod rays;
@@ -10,6 +11,7 @@ use crate::geometry::Ball;
 use crate::map::VoxelMap;
 use crate::simd;
 use crate::walk::Walk;
+pub use fan::FanImage;
 pub use guard::GrazingGuard;
 use rays::{BAD, BATCH, Batch, Frame, HIT, OUTSIDE, Prepare};
 
