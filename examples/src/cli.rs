@@ -17,6 +17,10 @@ pub struct Cli {
 pub enum Command {
     /// Explore an unknown building and inspect every surface for tags (HEATS).
     Heats(HeatsArgs),
+    /// Search volumes for an object by planning views ahead (FLAP).
+    Flap(FlapArgs),
+    /// Run a suite of trials and tabulate it.
+    Bench(BenchArgs),
     /// Check a scene file.
     Scene(SceneArgs),
 }
@@ -60,6 +64,82 @@ pub enum SensorsArg {
     Both,
     /// Camera alone.
     Camera,
+}
+
+/// Options of `seekplan flap`.
+#[derive(Clone, Debug, Args)]
+pub struct FlapArgs {
+    /// Embedded scene or path of a search-scene/1 file; it needs target_volumes.
+    #[arg(long, default_value = "race")]
+    pub scene: String,
+    /// Planner: flap (as published), greedy, local (ours), iter_psi or iter_phi [default: local].
+    #[arg(long)]
+    pub planner: Option<String>,
+    /// When plans are made [default: continual].
+    #[arg(long)]
+    pub mode: Option<ModeArg>,
+    /// What is known at the start [default: known].
+    #[arg(long)]
+    pub map: Option<MapArg>,
+    /// Seed of start and views [default: 1].
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Sets one field, e.g. --set samples=300; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// TOML file with settings.
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Folder for result.json and topdown.svg.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// No progress lines and no table.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Values of `--mode`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ModeArg {
+    /// Plan anew after every look.
+    Continual,
+    /// Plan once.
+    Offline,
+}
+
+/// Values of `--map`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MapArg {
+    /// All but what lies in the volumes.
+    Known,
+    /// Walls and floor.
+    Walls,
+}
+
+/// Options of `seekplan bench`.
+#[derive(Clone, Debug, Args)]
+pub struct BenchArgs {
+    /// Suite to run: flap-figure6 (the three experiments of the FLAP paper).
+    #[arg(long, default_value = "flap-figure6")]
+    pub suite: String,
+    /// Trials at the same time.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub jobs: usize,
+    /// Run only part I of N, counted from 1; the table is made when all parts are there.
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<String>,
+    /// Keep the results that are there and run what is missing.
+    #[arg(long)]
+    pub resume: bool,
+    /// Seeds of each experiment [default: the suite's].
+    #[arg(long, value_name = "N")]
+    pub trials: Option<usize>,
+    /// Folder of the trials' results and the tables.
+    #[arg(long, value_name = "DIR", default_value = "bench")]
+    pub out: PathBuf,
+    /// No progress lines.
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 /// Options of `seekplan scene`.

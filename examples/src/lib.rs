@@ -1,9 +1,11 @@
 //! Robots that search: HEATS and its competitors, end to end in a built-in simulator.
 //!
-//! [`scene`] and [`sim`] make the world, [`heats`] searches it, [`record`] keeps what happened, [`cli`] is the command line.
+//! [`scene`] and [`sim`] make the world, [`heats`] and [`flap`] search it, [`record`] keeps what happened, [`cli`] is the command line.
 
+pub mod bench;
 pub mod cli;
 pub mod clock;
+pub mod flap;
 pub mod heats;
 pub mod record;
 pub mod report;

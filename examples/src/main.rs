@@ -2,7 +2,11 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use clap::Parser;
-use seekplan::cli::{Cli, Command, HeatsArgs, SceneAction, SensorsArg};
+use seekplan::bench::{self, Campaign};
+use seekplan::cli::{
+    BenchArgs, Cli, Command, FlapArgs, HeatsArgs, MapArg, ModeArg, SceneAction, SensorsArg,
+};
+use seekplan::flap::{self, FlapSettings, MapKind};
 use seekplan::heats::{self, Sensors, Settings};
 use seekplan::record::{self, Ended, Ground};
 use seekplan::report::ProgressLine;
@@ -28,6 +32,8 @@ fn main() -> ExitCode {
     };
     let outcome = match command {
         Command::Heats(args) => run_heats(&args),
+        Command::Flap(args) => run_flap(&args),
+        Command::Bench(args) => run_bench(&args),
         Command::Scene(args) => match args.action {
             SceneAction::Check { scene } => check(&scene),
         },
@@ -102,16 +108,7 @@ fn run_heats(args: &HeatsArgs) -> Result<ExitCode, String> {
     let settings = settings_of(args)?;
     let scene = Scene::open(&args.scene).map_err(|e| e.to_string())?;
 
-    let stop = Arc::new(AtomicBool::new(false));
-    let seen = Arc::clone(&stop);
-    // A second Ctrl-C ends the program at once.
-    ctrlc::set_handler(move || {
-        if seen.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(INTERRUPTED));
-        }
-    })
-    .map_err(|e| format!("cannot listen for Ctrl-C: {e}"))?;
-
+    let stop = stop_on_interrupt()?;
     let mut line = ProgressLine::new(args.quiet);
     let run = heats::run(&scene, &settings, &stop, &mut |status| line.show(status))
         .map_err(|e| e.to_string())?;
@@ -127,5 +124,109 @@ fn run_heats(args: &HeatsArgs) -> Result<ExitCode, String> {
     Ok(match run.result.ended {
         Ended::Interrupted => ExitCode::from(INTERRUPTED),
         Ended::Complete | Ended::TimeLimit => ExitCode::SUCCESS,
+    })
+}
+
+/// A flag that Ctrl-C sets; a second Ctrl-C ends the program at once.
+fn stop_on_interrupt() -> Result<Arc<AtomicBool>, String> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let seen = Arc::clone(&stop);
+    ctrlc::set_handler(move || {
+        if seen.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(INTERRUPTED));
+        }
+    })
+    .map_err(|e| format!("cannot listen for Ctrl-C: {e}"))?;
+    Ok(stop)
+}
+
+fn flap_settings(args: &FlapArgs) -> Result<FlapSettings, String> {
+    let mut settings = match &args.config {
+        None => FlapSettings::default(),
+        Some(path) => {
+            let text = std::fs::read_to_string(path)
+                .map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+            FlapSettings::from_toml(&text).map_err(|e| e.to_string())?
+        }
+    };
+    let planner = args.planner.iter().map(|name| format!("planner={name}"));
+    let assignments: Vec<String> = planner.chain(args.set.iter().cloned()).collect();
+    settings = settings
+        .with(assignments.iter().map(String::as_str))
+        .map_err(|e| e.to_string())?;
+    if let Some(mode) = args.mode {
+        settings.offline = mode == ModeArg::Offline;
+    }
+    if let Some(map) = args.map {
+        settings.map = match map {
+            MapArg::Known => MapKind::Known,
+            MapArg::Walls => MapKind::Walls,
+        };
+    }
+    if let Some(seed) = args.seed {
+        settings.seed = seed;
+    }
+    settings.validate().map_err(|e| e.to_string())?;
+    Ok(settings)
+}
+
+fn run_flap(args: &FlapArgs) -> Result<ExitCode, String> {
+    let settings = flap_settings(args)?;
+    let scene = Scene::open(&args.scene).map_err(|e| e.to_string())?;
+    let stop = stop_on_interrupt()?;
+    let quiet = args.quiet;
+    let outcome = flap::run(&scene, &settings, &stop, &mut |p| {
+        if !quiet {
+            eprintln!(
+                "look {:2}  {:6.1} s  success {:5.1} %  expected time so far {:6.1} s  plan of {} views",
+                p.looks,
+                p.time,
+                100.0 * p.probability,
+                p.expected_time,
+                p.planned
+            );
+        }
+    })
+    .map_err(|e| e.to_string())?;
+    let ground = Ground::of(&scene);
+    let files = flap::write(&args.out, &outcome, &ground, &scene.target_volumes)
+        .map_err(|e| e.to_string())?;
+    if !quiet {
+        print!("{}", flap::closing_table(&outcome.result));
+        for file in files {
+            println!("  wrote {}", file.display());
+        }
+    }
+    Ok(if outcome.result.ended == "interrupted" {
+        ExitCode::from(INTERRUPTED)
+    } else {
+        ExitCode::SUCCESS
+    })
+}
+
+fn run_bench(args: &BenchArgs) -> Result<ExitCode, String> {
+    let suite = bench::suite(&args.suite, args.trials).map_err(|e| e.to_string())?;
+    let campaign = Campaign {
+        jobs: args.jobs,
+        shard: bench::parse_shard(args.shard.as_deref()).map_err(|e| e.to_string())?,
+        resume: args.resume,
+        out: args.out.clone(),
+    };
+    let stop = stop_on_interrupt()?;
+    let quiet = args.quiet;
+    let report = bench::run(suite.as_ref(), &campaign, &stop, &|line: &str| {
+        if !quiet {
+            eprintln!("{line}");
+        }
+    })
+    .map_err(|e| e.to_string())?;
+    print!("{}", report.table);
+    for file in &report.files {
+        println!("wrote {}", file.display());
+    }
+    Ok(if report.interrupted {
+        ExitCode::from(INTERRUPTED)
+    } else {
+        ExitCode::SUCCESS
     })
 }

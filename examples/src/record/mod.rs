@@ -33,24 +33,32 @@ pub fn write(
     ground: &Ground,
     trace: &Trace,
 ) -> Result<Vec<PathBuf>, WriteError> {
+    let json = serde_json::to_string_pretty(result).map_err(|e| WriteError {
+        path: folder.join("result.json"),
+        source: std::io::Error::other(e),
+    })?;
+    [
+        ("result.json", json + "\n"),
+        ("topdown.svg", draw(ground, trace, result)),
+    ]
+    .into_iter()
+    .map(|(name, text)| write_file(folder, name, &text))
+    .collect()
+}
+
+/// Writes one file into `folder`, made if need be, under a temporary name first. Returns its path.
+///
+/// # Errors
+/// [`WriteError`] naming the file that could not be written.
+pub fn write_file(folder: &Path, name: &str, text: &str) -> Result<PathBuf, WriteError> {
     let fail = |path: &Path| {
         let path = path.to_owned();
         move |source| WriteError { path, source }
     };
     std::fs::create_dir_all(folder).map_err(fail(folder))?;
-    let json = serde_json::to_string_pretty(result)
-        .map_err(|e| fail(&folder.join("result.json"))(std::io::Error::other(e)))?;
-    let files = [
-        ("result.json", json + "\n"),
-        ("topdown.svg", draw(ground, trace, result)),
-    ];
-    let mut written = Vec::new();
-    for (name, text) in files {
-        let path = folder.join(name);
-        let partial = folder.join(format!(".{name}.partial"));
-        std::fs::write(&partial, text).map_err(fail(&partial))?;
-        std::fs::rename(&partial, &path).map_err(fail(&path))?;
-        written.push(path);
-    }
-    Ok(written)
+    let path = folder.join(name);
+    let partial = folder.join(format!(".{name}.partial"));
+    std::fs::write(&partial, text).map_err(fail(&partial))?;
+    std::fs::rename(&partial, &path).map_err(fail(&path))?;
+    Ok(path)
 }

@@ -31,7 +31,7 @@ pub use solid::{Form, Mesh, Solid};
 use std::path::{Path, PathBuf};
 
 /// Names of the embedded scenes.
-pub const BUILTIN: [&str; 4] = ["office", "maze", "lab", "closet"];
+pub const BUILTIN: [&str; 5] = ["office", "maze", "lab", "closet", "race"];
 
 /// What is wrong with a scene.
 #[derive(Debug, thiserror::Error)]
@@ -57,7 +57,7 @@ pub enum SceneError {
     #[error("not a search-scene/1 document: {0}")]
     Syntax(#[from] serde_json::Error),
     /// No embedded scene has this name.
-    #[error("no embedded scene is called {name:?}; there are office, maze, lab and closet")]
+    #[error("no embedded scene is called {name:?}; there are office, maze, lab, closet and race")]
     NoBuiltin {
         /// The name asked for.
         name: String,
@@ -209,6 +209,7 @@ impl Scene {
             "maze" => include_str!("../../scenes/maze.json"),
             "lab" => include_str!("../../scenes/lab.json"),
             "closet" => include_str!("../../scenes/closet.json"),
+            "race" => include_str!("../../scenes/race.json"),
             _ => {
                 return Err(SceneError::NoBuiltin {
                     name: name.to_owned(),

@@ -214,6 +214,16 @@ impl Solid {
         (&self.parry, &self.pose)
     }
 
+    /// Whether an upright cube of the world meets the solid.
+    pub fn meets_cube(&self, center: [f64; 3], half: f64) -> bool {
+        let cube = parry3d::shape::Cuboid::new(vec3([half; 3]));
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let (shape, at) = self.parry();
+        parry3d::query::intersection_test(&pose(&axes, center), &cube, at, shape.as_ref())
+            .is_ok_and(|found| found.intersecting)
+            || self.contains(center)
+    }
+
     /// A world point in the solid's frame.
     pub fn to_local(&self, p: [f64; 3]) -> [f64; 3] {
         self.turn_to_local(sub(p, self.center))

@@ -1,0 +1,284 @@
+//! The three experiments of the FLAP paper (Fig. 6): offline and continual planning on a known map, continual planning with
+//! only the walls known.
+
+use super::campaign::{Suite, Trial};
+use super::chart::{Bar, bars};
+use crate::flap::{FlapResult, FlapSettings, MapKind, PlannerKind, Site, run_at};
+use crate::scene::Scene;
+use std::fmt::Write;
+use std::sync::atomic::AtomicBool;
+
+/// The suite.
+#[derive(Clone, Debug)]
+pub struct Figure6 {
+    seeds: usize,
+    rows: Vec<Row>,
+}
+
+/// One planner in one experiment.
+#[derive(Clone, Debug)]
+struct Row {
+    experiment: usize,
+    name: &'static str,
+    settings: FlapSettings,
+}
+
+const EXPERIMENTS: [(&str, &str); 3] = [
+    ("offline-known", "known map, offline"),
+    ("continual-known", "known map, continual"),
+    ("continual-walls", "walls known, continual"),
+];
+
+/// Density of unknown space for predictions that discount what lies behind it, 1/m: in the volumes and elsewhere.
+const HAZE: (f64, f64) = (2.0, 0.3);
+
+impl Figure6 {
+    /// The suite with so many seeds for each experiment; the paper: 20.
+    pub fn new(seeds: usize) -> Self {
+        let mut rows = Vec::new();
+        for experiment in 0..EXPERIMENTS.len() {
+            let base = FlapSettings {
+                offline: experiment == 0,
+                map: if experiment == 2 {
+                    MapKind::Walls
+                } else {
+                    MapKind::Known
+                },
+                ..FlapSettings::default()
+            };
+            let flap = |depth_limit, branch_limit, prune_dominated| FlapSettings {
+                planner: PlannerKind::Flap,
+                depth_limit,
+                branch_limit,
+                prune_dominated,
+                ..base.clone()
+            };
+            let timed = |planner, budget_ms| FlapSettings {
+                planner,
+                branch_limit: 1.5,
+                prune_dominated: true,
+                depth_limit: 4,
+                budget_ms,
+                ..base.clone()
+            };
+            let local = |budget_ms, hazy| FlapSettings {
+                planner: PlannerKind::Local,
+                budget_ms,
+                haze: if hazy { HAZE.0 } else { 0.0 },
+                haze_elsewhere: if hazy { HAZE.1 } else { 0.0 },
+                ..base.clone()
+            };
+            let greedy = FlapSettings {
+                planner: PlannerKind::Greedy,
+                ..base.clone()
+            };
+            let mut all = vec![
+                ("greedy", greedy.clone()),
+                ("flap-psi2-phi1.3-xi0", flap(2, 1.3, false)),
+                ("flap-psi2-phi1.3-xi1", flap(2, 1.3, true)),
+                ("flap-psi3-phi1.4-xi1", flap(3, 1.4, true)),
+                (
+                    "iter-psi-100ms-phi1.5-xi1",
+                    timed(PlannerKind::IterPsi, 100.0),
+                ),
+                (
+                    "iter-phi-100ms-psi4-xi1",
+                    timed(PlannerKind::IterPhi, 100.0),
+                ),
+                ("local-15ms", local(15.0, false)),
+                ("local-100ms", local(100.0, false)),
+            ];
+            if experiment == 2 {
+                let hazy = FlapSettings {
+                    haze: HAZE.0,
+                    haze_elsewhere: HAZE.1,
+                    ..greedy
+                };
+                all.push(("greedy-haze", hazy));
+                all.push(("local-100ms-haze", local(100.0, true)));
+            }
+            rows.extend(all.into_iter().map(|(name, settings)| Row {
+                experiment,
+                name,
+                settings,
+            }));
+        }
+        Self { seeds, rows }
+    }
+
+    /// Rows that share a site: those of one map. Group: map and seed.
+    fn group_of(&self, row: usize, seed: usize) -> usize {
+        let walls = usize::from(self.rows[row].settings.map == MapKind::Walls);
+        walls * self.seeds + seed
+    }
+
+    /// Row and seed of each trial, group by group.
+    fn order(&self) -> Vec<(usize, usize)> {
+        let mut all: Vec<(usize, usize)> = (0..self.rows.len())
+            .flat_map(|row| (0..self.seeds).map(move |seed| (row, seed)))
+            .collect();
+        all.sort_by_key(|&(row, seed)| (self.group_of(row, seed), row));
+        all
+    }
+}
+
+impl Suite for Figure6 {
+    fn trials(&self) -> Vec<Trial> {
+        self.order()
+            .into_iter()
+            .map(|(row, seed)| Trial {
+                name: format!(
+                    "{}.{}.seed{:02}",
+                    EXPERIMENTS[self.rows[row].experiment].0,
+                    self.rows[row].name,
+                    seed + 1
+                ),
+                group: self.group_of(row, seed),
+            })
+            .collect()
+    }
+
+    fn run_group(
+        &self,
+        group: usize,
+        wanted: &dyn Fn(usize) -> bool,
+        deliver: &mut dyn FnMut(usize, String) -> bool,
+    ) -> Result<(), String> {
+        let scene = Scene::builtin("race").map_err(|e| e.to_string())?;
+        let never = AtomicBool::new(false);
+        let mut site: Option<Site> = None;
+        for (trial, (row, seed)) in self.order().into_iter().enumerate() {
+            if self.group_of(row, seed) != group || !wanted(trial) {
+                continue;
+            }
+            let settings = FlapSettings {
+                seed: seed as u64 + 1,
+                ..self.rows[row].settings.clone()
+            };
+            let ready = match site.take().filter(|s| s.serves(&settings)) {
+                Some(site) => site,
+                None => Site::new(&scene, &settings).map_err(|e| e.to_string())?,
+            };
+            let outcome =
+                run_at(&ready, &settings, &never, &mut |_| ()).map_err(|e| e.to_string())?;
+            site = Some(ready);
+            let json = serde_json::to_string_pretty(&outcome.result).map_err(|e| e.to_string())?;
+            if !deliver(trial, json + "\n") {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    fn report(&self, results: &[String]) -> Result<(String, Vec<(String, String)>), String> {
+        // results[row][seed]
+        let mut by_row: Vec<Vec<FlapResult>> = vec![Vec::new(); self.rows.len()];
+        for ((row, _), text) in self.order().into_iter().zip(results) {
+            by_row[row].push(serde_json::from_str(text).map_err(|e| e.to_string())?);
+        }
+        let mut table = String::new();
+        let mut csv = String::from(
+            "experiment,planner,seed,ended,expected_time_s,expected_planning_s,ratio_to_greedy,execution_time_s,sensing_actions,probability,plan_ms_median,first_plan_s\n",
+        );
+        let mut groups = Vec::new();
+        for (experiment, (key, title)) in EXPERIMENTS.iter().enumerate() {
+            let _ = writeln!(
+                table,
+                "{title} ({} trials)\n  {:<28} {:>16} {:>14} {:>16} {:>6} {:>8} {:>10} {:>9}",
+                self.seeds,
+                "planner",
+                "execution, s",
+                "planning, s",
+                "/ greedy",
+                "worse",
+                "actions",
+                "plan, ms",
+                "first, s"
+            );
+            let rows: Vec<usize> = (0..self.rows.len())
+                .filter(|&r| self.rows[r].experiment == experiment)
+                .collect();
+            let total = |r: &FlapResult| r.expected_time_s + r.wall.expected_planning_s;
+            let mut chart = Vec::new();
+            for &row in &rows {
+                let own = &by_row[row];
+                let greedy = &by_row[rows[0]];
+                let ratios: Vec<f64> = own
+                    .iter()
+                    .zip(greedy)
+                    .map(|(a, g)| total(a) / total(g))
+                    .collect();
+                let of = |f: &dyn Fn(&FlapResult) -> f64| spread(own.iter().map(f));
+                let (time, sd) = of(&|r| r.expected_time_s);
+                let (planning, planning_sd) = of(&|r| r.wall.expected_planning_s);
+                let (ratio, ratio_sd) = spread(ratios.iter().copied());
+                let worse = ratios.iter().filter(|r| **r > 1.0).count();
+                let mut plans: Vec<f64> = own.iter().map(|r| r.wall.plan_ms.median).collect();
+                plans.sort_by(f64::total_cmp);
+                let median = plans.get(plans.len() / 2).copied().unwrap_or(0.0);
+                let _ = writeln!(
+                    table,
+                    "  {:<28} {:>16} {:>14} {:>16} {:>6} {:>8.1} {:>10.2} {:>9.1}",
+                    self.rows[row].name,
+                    format!("{time:.1} ± {sd:.1}"),
+                    format!("{planning:.2} ± {planning_sd:.2}"),
+                    format!("{ratio:.3} ± {ratio_sd:.3}"),
+                    worse,
+                    of(&|r| r.sensing_actions as f64).0,
+                    median,
+                    of(&|r| r.first_plan_time_s).0,
+                );
+                for (r, ratio) in own.iter().zip(&ratios) {
+                    let _ = writeln!(
+                        csv,
+                        "{key},{},{},{},{:.4},{:.6},{:.5},{:.4},{},{:.6},{:.4},{:.4}",
+                        self.rows[row].name,
+                        r.seed,
+                        r.ended,
+                        r.expected_time_s,
+                        r.wall.expected_planning_s,
+                        ratio,
+                        r.execution_time_s,
+                        r.sensing_actions,
+                        r.probability,
+                        r.wall.plan_ms.median,
+                        r.first_plan_time_s
+                    );
+                }
+                chart.push(Bar {
+                    label: self.rows[row].name.into(),
+                    dark: time,
+                    bright: planning,
+                    spread: sd,
+                });
+            }
+            table.push('\n');
+            groups.push((String::from(*title), chart));
+        }
+        let _ = writeln!(
+            table,
+            "/ greedy: (execution + planning) over greedy's, trial by trial; worse: trials above 1; plan: median CPU time of a plan."
+        );
+        let svg = bars("FLAP, figure 6: expected time of search", &groups);
+        Ok((
+            table.clone(),
+            vec![
+                ("table.txt".into(), table),
+                ("trials.csv".into(), csv),
+                ("figure6.svg".into(), svg),
+            ],
+        ))
+    }
+}
+
+/// Mean and sample standard deviation.
+fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let values: Vec<f64> = values.collect();
+    let n = values.len() as f64;
+    if values.is_empty() {
+        return (0.0, 0.0);
+    }
+    let mean = values.iter().sum::<f64>() / n;
+    let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    (mean, (square / (n - 1.0).max(1.0)).sqrt())
+}
