@@ -4,7 +4,7 @@
 use super::body::Whole;
 use super::motion::BodyPath;
 use super::settings::MotionSettings;
-use crate::sim::{Command, MotionLimits, State, TICK};
+use crate::sim::{Command, MotionLimits, State, TICK, stoppable};
 use ddp_rbf::nalgebra::SVector;
 use ddp_rbf::{
     Barrier, Constraint, GuardParams, InputBox, Mpc, Options, Robot, StateBox, Tracking, Verdict,
@@ -200,8 +200,18 @@ impl Controller {
     pub fn tick(&self, state: &State) -> Command {
         let now = velocity(state);
         let change = self.guard.acceleration * TICK;
-        command_of(&U::from_fn(|i, _| {
+        let mut command = command_of(&U::from_fn(|i, _| {
             now[i] + (self.wanted[i] - now[i]).clamp(-change[i], change[i])
-        }))
+        }));
+        // No faster than what still stops before the end of a joint's range.
+        for (j, qd) in command.qd.iter_mut().enumerate() {
+            let (low, high) = self.limits.joint_range[j];
+            let a = self.limits.joint_a[j];
+            *qd = qd.clamp(
+                -stoppable(state.joints[j] - low, a),
+                stoppable(high - state.joints[j], a),
+            );
+        }
+        command
     }
 }

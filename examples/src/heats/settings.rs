@@ -150,6 +150,9 @@ pub struct ViewSettings {
     /// Least information gain of a candidate. Three inspection voxels (2.0) would be the smallest cluster; the robot then
     /// spends most of its time on slivers at edges before it leaves a region, so the default is higher.
     pub threshold: f64,
+    /// Least information gain in the first round through the building (at 0.15 m voxels); what sees less waits until nothing else is
+    /// left. No more than `threshold` for a single round.
+    pub first_round: f64,
     /// Least information gain of the last tries, with wider rings, once nothing above the threshold is left.
     pub relaxed_threshold: f64,
     /// Elevation (degrees, up is positive), height (m) and least distance ahead of the base's middle (m) of the camera in each view
@@ -175,6 +178,7 @@ impl Default for ViewSettings {
             inspection_weight: 0.8,
             cavity_weight: 1.6,
             threshold: 8.0,
+            first_round: 20.0,
             relaxed_threshold: 2.0,
             attitudes: vec![
                 (0.0, 1.2, 0.1),
@@ -499,6 +503,7 @@ impl Settings {
         )?;
         not_negative("views.cavity_weight", self.views.cavity_weight)?;
         positive("decision.cover_most", self.decision.cover_most)?;
+        not_negative("views.first_round", self.views.first_round)?;
         positive("motion.turn_speed", self.motion.turn_speed)?;
         positive("motion.control_period", self.motion.control_period)?;
         not_negative("motion.margin", self.motion.margin)?;

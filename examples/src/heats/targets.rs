@@ -114,6 +114,7 @@ pub struct Targets {
     tried: BTreeSet<Cell>,
     pace: Pace,
     cover: bool,
+    first_round: f64,
     cover_share: f64,
     cover_most: f64,
     seed: u64,
@@ -213,6 +214,7 @@ impl Targets {
             tried: BTreeSet::new(),
             pace: *pace,
             cover: settings.decision.cover,
+            first_round: v.first_round.max(v.threshold) * per_area,
             cover_share: settings.decision.cover_share,
             cover_most: settings.decision.cover_most * per_area,
             seed: settings.seed,
@@ -401,6 +403,14 @@ impl Targets {
         let found = found.map_err(|e| e.to_string())?;
         let mut effort = found.effort;
         let mut views = found.views;
+        // First what is worth a stop by itself, everywhere; the rest in a second round.
+        let first = self.first_round;
+        let round = if views.iter().any(|v| v.gain.info >= first) {
+            views.retain(|v| v.gain.info >= first);
+            first
+        } else {
+            self.threshold()
+        };
         if self.cover && !views.is_empty() {
             let costs = Costs {
                 pace: &pace,
@@ -413,7 +423,7 @@ impl Targets {
                     whole,
                     &costs,
                     &robot,
-                    rest,
+                    (rest, round),
                     std::mem::take(&mut views),
                     &mut effort,
                 )
@@ -509,7 +519,7 @@ impl Targets {
         whole: &Whole<'_>,
         costs: &Costs<'_>,
         robot: &([f64; 3], Joints),
-        here: [f64; 2],
+        (here, least): ([f64; 2], f64),
         views: Vec<Viewpoint<Joints>>,
         effort: &mut viewsample::Effort,
     ) -> Result<Vec<Viewpoint<Joints>>, String> {
@@ -528,7 +538,7 @@ impl Targets {
         near.extend(turns);
         let (chosen, spent) = self
             .sampler
-            .cover(&near, self.sampler.params().threshold)
+            .cover(&near, least)
             .map_err(|e| e.to_string())?;
         *effort += spent;
         let most = chosen.first().map_or(0.0, |(_, gain)| gain.info);

@@ -22,6 +22,7 @@ pub use detector::{Detection, TagCamera, TagDetector};
 pub use lidar::{Lidar, LidarModel};
 pub use noise::Noise;
 pub use raster::Pinhole;
+pub(crate) use step::stoppable;
 pub use step::{Command, Due, JOINTS, MotionLimits, Simulator, StartError, State, TICK, Tally};
 pub use truth::{GroundTruth, GroundTruthError};
 pub use world::World;

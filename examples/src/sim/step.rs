@@ -187,7 +187,7 @@ fn period(rate: f64) -> u64 {
 
 /// Largest speed from which a joint that moves on for one tick can then stop within `room`:
 /// v^2 / 2a + v TICK = room. Braking at `a` from such a speed keeps to it at every later tick.
-fn stoppable(room: f64, a: f64) -> f64 {
+pub(crate) fn stoppable(room: f64, a: f64) -> f64 {
     let room = room.max(0.0);
     if a > 0.0 {
         a * ((TICK * TICK + 2.0 * room / a).sqrt() - TICK)
