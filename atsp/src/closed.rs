@@ -58,6 +58,26 @@ impl Closed {
         self.n = self.nodes.len();
     }
 
+    /// Whether allowed arcs lead from node 0 to every node and back: without that there is no tour.
+    pub(crate) fn is_connected(&self) -> bool {
+        let n = self.n;
+        let reaches_all = |arc: &dyn Fn(usize, usize) -> f64| {
+            let mut reached = vec![false; n];
+            let mut open = vec![0];
+            reached[0] = true;
+            while let Some(from) = open.pop() {
+                for to in 0..n {
+                    if !reached[to] && arc(from, to) < self.forbidden {
+                        reached[to] = true;
+                        open.push(to);
+                    }
+                }
+            }
+            reached.into_iter().all(|r| r)
+        };
+        reaches_all(&|a, b| self.costs[a * n + b]) && reaches_all(&|a, b| self.costs[b * n + a])
+    }
+
     /// The cost of an arc between two different closed nodes, asked of the caller.
     #[inline]
     pub(crate) fn ask(&self, model: &impl CostModel, from: usize, to: usize) -> f64 {

@@ -115,6 +115,10 @@ impl Solver {
             Source::Search => self.closed.read_back(self.search.best().0),
         };
         let cost = sum(costs, &self.closed, &order);
+        if cost == f64::INFINITY {
+            // From start to end and nothing between: the closed tour has no arc that could say so.
+            return Err(Error::Infeasible);
+        }
         Ok(Solution {
             order,
             cost,
@@ -241,7 +245,11 @@ impl Solver {
         answer.kicks += self.search.kicks(closed, rest, goal, &mut rng, pace);
         let cost = self.search.best().1;
         if !closed.is_allowed(cost) {
-            return Err(Error::NotFound);
+            return Err(if closed.is_connected() {
+                Error::NotFound
+            } else {
+                Error::Infeasible
+            });
         }
         answer.optimal = cost - goal <= ROUNDING * cost;
         Ok(answer)
