@@ -45,7 +45,8 @@ fn says(message: &str, parts: &[&str]) {
 fn embedded_scenes_load() {
     for name in BUILTIN {
         let scene = Scene::open(name).unwrap();
-        assert!(scene.tags.len() >= 3, "{name}");
+        // The race world is FLAP's: it has volumes to search instead of tags.
+        assert!(scene.tags.len() >= 3 || name == "race", "{name}");
         assert!(!scene.outlines().is_empty());
     }
     let office = Scene::builtin("office").unwrap();

@@ -12,8 +12,8 @@ use crate::{Cell, CellBox};
 /// let map = Grid::parse(".??#");
 /// let fringe = Fringe::new(&map);
 /// assert_eq!(fringe.cells().collect::<Vec<_>>(), [[1, 0, 0]]);
-/// // Looked at as a volume, the cell beside it is on the volume's faces and next to nothing outside.
-/// assert_eq!(fringe.targets(&map, ([1, 0, 0], [3, 1, 1])), [[1, 0, 0]]);
+/// // Looked at as a volume, the cell beside it is on the volume's faces too, with unknown space above and below.
+/// assert_eq!(fringe.targets(&map, ([1, 0, 0], [3, 1, 1])), [[1, 0, 0], [2, 0, 0]]);
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fringe {
