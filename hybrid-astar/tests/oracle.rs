@@ -106,6 +106,9 @@ fn lattice_seconds(map: &grid::Grid, half: [f64; 2], start: [usize; 3], goal: [u
         map.outline_is_free(&corners) == Some(true)
     };
     let index = |x: usize, y: usize, k: usize| (y * w + x) * 16 + k;
+    if !free(start[0], start[1], start[2]) {
+        return f64::INFINITY;
+    }
     let mut dist = vec![f64::INFINITY; w * h * 16];
     let mut open = std::collections::BinaryHeap::new();
     let key = |d: f64| std::cmp::Reverse((d * 1e6) as u64);
