@@ -3,12 +3,15 @@
 use crate::frame::Frame;
 use crate::shapes::{Capsule, Cuboid, Sphere};
 
-/// Circles that cover the base's rectangle.
-pub const BASE_CIRCLES: usize = 3;
+/// Circles that cover the base's rectangle, four along its length and three across: they stick out by little more than a
+/// quarter of their radius, where three in a row would stand out as far as they are apart.
+pub const BASE_CIRCLES: usize = 12;
+/// Spheres in each layer of the box: three in a row.
+const BASE_COLUMNS: usize = 3;
 /// Layers of spheres over the height of the base's box.
 pub const BASE_LAYERS: usize = 3;
 /// Spheres on the base: the box in layers, the pedestal, the LiDAR.
-pub const BASE_SPHERES: usize = BASE_CIRCLES * BASE_LAYERS + 2;
+pub const BASE_SPHERES: usize = BASE_COLUMNS * BASE_LAYERS + 2;
 
 /// A box-shaped base that turns about the middle of its rectangle; x is forward.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,9 +56,13 @@ impl BaseShape {
     pub fn new(size: [f64; 3], mount: [f64; 3], pedestal_radius: f64, lidar: [f64; 3]) -> Self {
         let [length, width, height] = size;
         let (l, w) = (0.5 * length, 0.5 * width);
-        let part = length / BASE_CIRCLES as f64;
-        let radius = 0.5 * part.hypot(width);
-        let circles = [0, 1, 2].map(|i| ([(i as f64 + 0.5) * part - l, 0.0], radius));
+        let cell = [length / 4.0, width / 3.0];
+        let radius = 0.5 * cell[0].hypot(cell[1]);
+        let circles = std::array::from_fn(|i| {
+            let (column, row) = ((i % 4) as f64, (i / 4) as f64);
+            let middle = [(column + 0.5) * cell[0] - l, (row + 0.5) * cell[1] - w];
+            (middle, radius)
+        });
         Self {
             length,
             width,
@@ -78,12 +85,15 @@ impl BaseShape {
     pub fn spheres(&self) -> [Sphere; BASE_SPHERES] {
         let mut out = [Sphere::default(); BASE_SPHERES];
         let half = 0.5 * self.height / BASE_LAYERS as f64;
+        let part = self.length / BASE_COLUMNS as f64;
+        let radius = (0.5 * part).hypot(0.5 * self.width).hypot(half) + 1e-9;
         for layer in 0..BASE_LAYERS {
-            for (i, (c, r)) in self.circles.iter().enumerate() {
+            for i in 0..BASE_COLUMNS {
+                let x = (i as f64 + 0.5) * part - 0.5 * self.length;
                 let z = (2 * layer + 1) as f64 * half;
-                out[layer * BASE_CIRCLES + i] = Sphere {
-                    center: [c[0], c[1], z],
-                    radius: r.hypot(half) + 1e-9,
+                out[layer * BASE_COLUMNS + i] = Sphere {
+                    center: [x, 0.0, z],
+                    radius,
                     link: 0,
                 };
             }

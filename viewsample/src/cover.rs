@@ -1,10 +1,10 @@
 //! Few views instead of many: views from given places, and greedy cover by what each view adds to those before it.
 
-use std::collections::BinaryHeap;
+use std::collections::{BTreeMap, BinaryHeap};
 
 use crate::robot::{CostModel, Robot};
 use crate::sampler::{Sampler, check_pose};
-use crate::{Effort, Error, Gain, Viewpoint};
+use crate::{Effort, Error, Gain, Pose, Viewpoint};
 
 /// Cells of a view by word: index, then exploration bits of the LiDAR, those only a camera sees, inspection bits.
 type Sight = Vec<(usize, [u64; 3])>;
@@ -102,6 +102,25 @@ impl<S: Clone> Sampler<S> {
             }
         }
         Ok((views, effort))
+    }
+
+    /// What the cameras see on the way through the given base and camera poses, each cell counted once. With a LiDAR only
+    /// inspection cells count: what the LiDAR sees on a way does not depend on the arm.
+    ///
+    /// # Errors
+    /// If a pose is not finite.
+    pub fn gain_along(&self, way: &[([f64; 3], Pose)]) -> Result<Gain, Error> {
+        let mut seen: BTreeMap<usize, [u64; 2]> = BTreeMap::new();
+        let with_lidar = self.has_lidar();
+        for (base, camera) in way {
+            self.look_without_lidar(*base, camera, |word, e, i| {
+                let cells = seen.entry(word).or_default();
+                cells[0] |= if with_lidar { 0 } else { e };
+                cells[1] |= i;
+            })?;
+        }
+        let count = |k: usize| seen.values().map(|cells| cells[k].count_ones()).sum();
+        Ok(self.gain_of(count(0), 0, count(1)))
     }
 
     /// Greedy cover: of the views given, the one of most information, then again and again the one that adds most to those

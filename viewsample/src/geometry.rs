@@ -81,6 +81,9 @@ pub struct Frustum {
     pub near: f64,
     /// Largest distance from the optical centre, m.
     pub far: f64,
+    /// How far inside the left and right, and the upper and lower border a point must be at its depth, m. See
+    /// [`holding`](Self::holding).
+    pub inset: [f64; 2],
 }
 
 impl Frustum {
@@ -91,6 +94,16 @@ impl Frustum {
             tan_half_v: (vertical / 2.0).to_radians().tan(),
             near,
             far,
+            inset: [0.0; 2],
+        }
+    }
+
+    /// The same, but a ball of `radius` m around a point must lie between the borders: for targets that count only when the
+    /// image shows all of them.
+    pub fn holding(self, radius: f64) -> Self {
+        Self {
+            inset: [self.tan_half_h, self.tan_half_v].map(|t| radius * t.hypot(1.0)),
+            ..self
         }
     }
 
@@ -98,8 +111,8 @@ impl Frustum {
     #[inline]
     pub fn covers(&self, p: [f64; 3]) -> bool {
         p[2] >= self.near
-            && p[0].abs() <= self.tan_half_h * p[2]
-            && p[1].abs() <= self.tan_half_v * p[2]
+            && p[0].abs() <= self.tan_half_h * p[2] - self.inset[0]
+            && p[1].abs() <= self.tan_half_v * p[2] - self.inset[1]
             && p[0] * p[0] + p[1] * p[1] + p[2] * p[2] <= self.far * self.far
     }
 
@@ -178,6 +191,15 @@ impl Frustum {
     }
 
     pub(crate) fn validate(&self, field: &'static str) -> Result<(), Error> {
+        for value in self.inset {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(Error::Param {
+                    field,
+                    value,
+                    range: "an inset of zero or more, finite",
+                });
+            }
+        }
         for value in [self.tan_half_h, self.tan_half_v, self.far] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(Error::Param {

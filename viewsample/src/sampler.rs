@@ -412,6 +412,27 @@ impl<S: Clone> Sampler<S> {
         Ok(())
     }
 
+    /// Words of the cameras' view alone: exploration and inspection cells.
+    pub(crate) fn look_without_lidar(
+        &self,
+        base: [f64; 3],
+        camera: &Pose,
+        visit: impl FnMut(usize, u64, u64),
+    ) -> Result<(), Error> {
+        check_pose(base)?;
+        if !camera.is_finite() {
+            return Err(Error::Pose(camera.translation));
+        }
+        if self.world.words > 0 {
+            self.sensors.camera_sees(&self.world, camera, &[], visit);
+        }
+        Ok(())
+    }
+
+    pub(crate) fn has_lidar(&self) -> bool {
+        self.sensors.lidar.is_some()
+    }
+
     /// How many of the given voxels are still frontier of their kind: what is left of a target.
     pub fn remaining(&self, kind: Kind, cells: &[Cell]) -> usize {
         let layer = match kind {

@@ -53,6 +53,21 @@ proptest! {
         }
     }
 
+    /// A frustum that holds balls covers a point where the ball around it crosses none of the image's borders.
+    #[test]
+    fn held_balls_lie_inside_the_borders(p in prop::array::uniform3(-5.0..5.0f64), radius in 0.0..0.5f64) {
+        let whole = Frustum::degrees(69.0, 42.0, 0.3, 4.0);
+        let held = whole.holding(radius);
+        let borders = [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]].map(|[x, y]: [f64; 2]| {
+            let t = if x == 0.0 { whole.tan_half_v } else { whole.tan_half_h };
+            let n = [-x, -y, t].map(|v| v / t.hypot(1.0));
+            n[0] * p[0] + n[1] * p[1] + n[2] * p[2]
+        });
+        let room = borders.into_iter().fold(f64::INFINITY, f64::min);
+        prop_assume!((room - radius).abs() > 1e-9);
+        prop_assert_eq!(held.covers(p), whole.covers(p) && room >= radius);
+    }
+
     /// The grid, the mast and eq. 2 obey the laws; a reference to each does too.
     #[test]
     fn built_in_types_conform(seed in any::<u64>()) {
@@ -258,5 +273,32 @@ proptest! {
         for n in 0..views.len() {
             prop_assert!(worth(&covered, &sight(n)) < least + 1e-9);
         }
+    }
+
+    /// What a way shows is what its looks show together, each cell once; with a LiDAR only inspection counts.
+    #[test]
+    fn ways_show_what_their_looks_show(seed in any::<u64>()) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |_| false);
+        let sampler = fresh(&map, &all, &params());
+        let way: Vec<_> = (0..6).map(|_| {
+            let base = [dice.between(1.0, 6.5), dice.between(1.0, 5.5), dice.between(-3.0, 3.0)];
+            let eye = [base[0], base[1], dice.between(0.3, 1.5)];
+            (base, Pose::looking(eye, dice.between(-3.0, 3.0), dice.between(-0.6, 0.6)))
+        }).collect();
+        let mut seen: Vec<Cell> = way.iter().flat_map(|(base, camera)| sampler.seen_from(*base, camera).unwrap().inspection).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        let gain = sampler.gain_along(&way).unwrap();
+        prop_assert_eq!(gain.inspection as usize, seen.len());
+        if params().lidar.is_some() {
+            prop_assert_eq!(gain.exploration, 0);
+        }
+        // More looks never show less.
+        let less = sampler.gain_along(&way[..3]).unwrap();
+        prop_assert!(less.info <= gain.info);
+        let twice = sampler.gain_along(&[&way[..], &way[..]].concat()).unwrap();
+        prop_assert_eq!(twice, gain);
     }
 }

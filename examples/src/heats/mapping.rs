@@ -7,8 +7,8 @@ use voxmap::{
     RegionParams, Regions, Scan, SensorModel, VoxelMap,
 };
 
-/// Radius of a target, m: half the diagonal of the paper's tags, about.
-const TARGET: f64 = 0.12;
+/// Half the diagonal of a target, m: of the 0.2 m tags that the paper's setting suggests.
+const TARGET: f64 = 0.141;
 /// Free area that must have changed before regions are segmented again, m2.
 const REGION_AREA: f64 = 1.0;
 /// Shortest time between two segmentations, s.
@@ -26,6 +26,9 @@ pub struct Mapper {
     pub regions: Option<Regions>,
     /// Largest distance at which a voxel counts as inspected, m.
     pub inspect_range: f64,
+    /// Radius of the ball around a voxel that holds any target whose middle lies on the voxel, m: an image that shows the ball
+    /// shows the whole target.
+    pub target_ball: f64,
     /// Largest incidence at which a face counts as inspected, rad; none for the published rule.
     pub inspect_incidence: Option<f64>,
     grazing_guard: Option<GrazingGuard>,
@@ -67,6 +70,7 @@ impl Mapper {
             inspect_range: m.inspect_range.unwrap_or(scene.limits.d_ins),
             inspect_incidence: (m.inspect_incidence < 90.0)
                 .then(|| m.inspect_incidence.to_radians()),
+            target_ball: TARGET + std::f64::consts::FRAC_1_SQRT_2 * map.cell_size(),
             grazing_guard: m.grazing_guard.then(GrazingGuard::default),
             region_params: RegionParams {
                 tau: settings.decision.tau,
@@ -109,15 +113,18 @@ impl Mapper {
         Ok(())
     }
 
-    /// Marks what the camera inspects from where it is now; `before` is the image taken before.
-    pub fn inspect(&mut self, before: &Camera, camera: &Camera) {
+    /// Marks what the camera inspects from where it is now; `before` is the image taken before. Returns how many voxels gained a face.
+    pub fn inspect(&mut self, before: &Camera, camera: &Camera) -> usize {
         match self.inspect_incidence {
-            Some(limit) => {
-                self.map
-                    .mark_inspected_twice(before, camera, self.inspect_range, limit, TARGET)
-            }
+            Some(limit) => self.map.mark_inspected_twice(
+                before,
+                camera,
+                self.inspect_range,
+                limit,
+                self.target_ball,
+            ),
             None => self.map.mark_inspected(camera, self.inspect_range),
-        };
+        }
     }
 
     /// Brings distance field and cost map up to date; returns the boxes that changed since the last call.

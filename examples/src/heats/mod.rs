@@ -8,6 +8,7 @@ mod body;
 mod control;
 mod decision;
 mod failures;
+mod glance;
 mod mapping;
 mod motion;
 mod pace;

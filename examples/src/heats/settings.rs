@@ -150,9 +150,6 @@ pub struct ViewSettings {
     /// Least information gain of a candidate. Three inspection voxels (2.0) would be the smallest cluster; the robot then
     /// spends most of its time on slivers at edges before it leaves a region, so the default is higher.
     pub threshold: f64,
-    /// Least information gain in the first round through the building (at 0.15 m voxels); what sees less waits until nothing else is
-    /// left. No more than `threshold` for a single round.
-    pub first_round: f64,
     /// Least information gain of the last tries, with wider rings, once nothing above the threshold is left.
     pub relaxed_threshold: f64,
     /// Elevation (degrees, up is positive), height (m) and least distance ahead of the base's middle (m) of the camera in each view
@@ -168,6 +165,10 @@ pub struct ViewSettings {
     pub lidar_range: f64,
     /// Clearance that a viewpoint's spheres keep, m.
     pub clearance: f64,
+    /// Whether the arm is led through a posture that sees what is left along the base's path. False is the published rule.
+    pub on_the_way: bool,
+    /// Information gain that each second by which such a posture delays the path must bring (at 0.15 m voxels).
+    pub delay_price: f64,
 }
 
 impl Default for ViewSettings {
@@ -178,21 +179,22 @@ impl Default for ViewSettings {
             inspection_weight: 0.8,
             cavity_weight: 1.6,
             threshold: 8.0,
-            first_round: 20.0,
             relaxed_threshold: 2.0,
             attitudes: vec![
                 (0.0, 1.2, 0.1),
-                (-25.0, 1.4, 0.6),
-                (25.0, 0.4, 0.8),
-                (-50.0, 1.35, 0.55),
-                (50.0, 0.3, 0.85),
-                (-75.0, 1.3, 0.45),
-                (75.0, 0.3, 0.8),
+                (-15.0, 1.5, 0.4),
+                (30.0, 0.35, 0.8),
+                (-50.0, 1.38, 0.55),
+                (45.0, 0.3, 0.85),
+                (-75.0, 1.1, 0.75),
+                (-32.0, 1.42, 0.5),
             ],
-            ring_min: 0.9,
+            ring_min: 0.6,
             ring_max: 3.0,
             lidar_range: 8.0,
             clearance: 0.05,
+            on_the_way: true,
+            delay_price: 20.0,
         }
     }
 }
@@ -211,6 +213,12 @@ pub struct DecisionSettings {
     pub cover_share: f64,
     /// A view that adds this much never waits (information gain at 0.15 m voxels).
     pub cover_most: f64,
+    /// Least information gain a second of the way to a view (at 0.15 m voxels), one figure for each round through the
+    /// building; what pays less waits for a later round, and in the last one everything counts. A patch is left when it pays less than
+    /// the rest of the building does (the marginal value theorem of foraging, Charnov 1976).
+    pub rates: Vec<f64>,
+    /// Ways longer than this count as this long when rates are taken, s.
+    pub rate_span: f64,
     /// Period of re-decisions while driving, s.
     pub period: f64,
     /// Share of the target's gain that must be left to keep going there.
@@ -232,6 +240,8 @@ impl Default for DecisionSettings {
             cover: true,
             cover_share: 0.35,
             cover_most: 25.0,
+            rates: vec![12.0, 4.0],
+            rate_span: 6.0,
             period: 1.0,
             keep_share: 0.35,
             reached_position: 0.15,
@@ -252,6 +262,8 @@ pub struct MotionSettings {
     pub reference_speed: f64,
     /// Share of the base's acceleration limits that reference paths use.
     pub reference_acceleration: f64,
+    /// Price of driving backwards, as a factor on time, and the longest straight stretch driven so, m.
+    pub reverse: (f64, f64),
     /// Turning speed of the base that reference paths use, rad/s: a little below what still gives sharp images (1 rad/s), so
     /// that turns inspect as well.
     pub turn_speed: f64,
@@ -281,7 +293,8 @@ impl Default for MotionSettings {
             acceleration: (0.8, 2.0, 2.0),
             reference_speed: 0.95,
             reference_acceleration: 0.9,
-            turn_speed: 0.95,
+            reverse: (1.05, 6.0),
+            turn_speed: 0.9,
             horizon: 3.0,
             knots: 30,
             iterations: 3,
@@ -503,7 +516,11 @@ impl Settings {
         )?;
         not_negative("views.cavity_weight", self.views.cavity_weight)?;
         positive("decision.cover_most", self.decision.cover_most)?;
-        not_negative("views.first_round", self.views.first_round)?;
+        for &rate in &self.decision.rates {
+            not_negative("decision.rates", rate)?;
+        }
+        positive("decision.rate_span", self.decision.rate_span)?;
+        not_negative("views.delay_price", self.views.delay_price)?;
         positive("motion.turn_speed", self.motion.turn_speed)?;
         positive("motion.control_period", self.motion.control_period)?;
         not_negative("motion.margin", self.motion.margin)?;

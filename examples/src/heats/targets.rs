@@ -17,13 +17,7 @@ const REFERENCE_CELL: f64 = 0.15;
 
 /// Radius of the disc for which ways are measured: the base's half width with its clearance, m.
 fn disc(whole: &Whole<'_>) -> f64 {
-    whole
-        .robot
-        .base_circles()
-        .iter()
-        .map(|c| c.1)
-        .fold(0.0, f64::max)
-        + whole.base_clearance
+    0.5 * whole.robot.base.width + whole.base_clearance
 }
 
 /// Where to go next, and what is expected there.
@@ -102,6 +96,11 @@ impl CostModel<Joints> for Costs<'_> {
     }
 }
 
+/// Whether a view brings at least `rate` of information for each second of its way, of which no more than `span` s count.
+fn pays(view: &Viewpoint<Joints>, rate: f64, span: f64) -> bool {
+    view.gain.info >= rate * (view.seconds.min(span) + 0.5)
+}
+
 /// The planner's state.
 pub struct Targets {
     frontiers: Frontiers,
@@ -114,9 +113,10 @@ pub struct Targets {
     tried: BTreeSet<Cell>,
     pace: Pace,
     cover: bool,
-    first_round: f64,
     cover_share: f64,
     cover_most: f64,
+    rates: Vec<f64>,
+    rate_span: f64,
     seed: u64,
     /// Operations of the last decision, for the planner's account, s.
     pub counted: f64,
@@ -133,7 +133,7 @@ impl Targets {
         pace: &Pace,
         postures: &[robots::Posture],
         cell_size: f64,
-        inspect_range: f64,
+        (inspect_range, target_ball): (f64, f64),
         height: f64,
     ) -> Result<Self, String> {
         let f = &settings.frontier;
@@ -173,9 +173,17 @@ impl Targets {
                 far: 4.0,
                 ..defaults.depth
             },
-            rgb: Frustum {
-                far: inspect_range,
-                ..defaults.rgb
+            rgb: if settings.map.inspect_incidence < 90.0 {
+                Frustum {
+                    far: inspect_range,
+                    ..defaults.rgb
+                }
+                .holding(target_ball)
+            } else {
+                Frustum {
+                    far: inspect_range,
+                    ..defaults.rgb
+                }
             },
             motion_decay: v.motion_decay,
             exploration_weight: v.exploration_weight,
@@ -214,9 +222,15 @@ impl Targets {
             tried: BTreeSet::new(),
             pace: *pace,
             cover: settings.decision.cover,
-            first_round: v.first_round.max(v.threshold) * per_area,
             cover_share: settings.decision.cover_share,
             cover_most: settings.decision.cover_most * per_area,
+            rates: settings
+                .decision
+                .rates
+                .iter()
+                .map(|r| r * per_area)
+                .collect(),
+            rate_span: settings.decision.rate_span,
             seed: settings.seed,
             counted: 0.0,
         })
@@ -314,6 +328,11 @@ impl Targets {
         self.sampler.gain_at(base, camera).map_or(0.0, |g| g.info)
     }
 
+    /// Information gain of what the cameras see along a way.
+    pub fn gain_along(&self, way: &[([f64; 3], Pose)]) -> f64 {
+        self.sampler.gain_along(way).map_or(0.0, |g| g.info)
+    }
+
     /// Frontier cells in sight of a view.
     pub fn seen_from(&self, base: [f64; 3], camera: &Pose) -> Vec<Cell> {
         self.sampler
@@ -403,14 +422,12 @@ impl Targets {
         let found = found.map_err(|e| e.to_string())?;
         let mut effort = found.effort;
         let mut views = found.views;
-        // First what is worth a stop by itself, everywhere; the rest in a second round.
-        let first = self.first_round;
-        let round = if views.iter().any(|v| v.gain.info >= first) {
-            views.retain(|v| v.gain.info >= first);
-            first
-        } else {
-            self.threshold()
-        };
+        // First what pays well for its time, everywhere; the rest in later rounds.
+        let span = self.rate_span;
+        let pays_somewhere = |&rate: &f64| views.iter().any(|v| pays(v, rate, span));
+        let rate = self.rates.iter().copied().find(pays_somewhere);
+        let rate = rate.unwrap_or(0.0);
+        views.retain(|v| pays(v, rate, span));
         if self.cover && !views.is_empty() {
             let costs = Costs {
                 pace: &pace,
@@ -423,12 +440,15 @@ impl Targets {
                     whole,
                     &costs,
                     &robot,
-                    (rest, round),
-                    std::mem::take(&mut views),
+                    (rest, rate),
+                    views.clone(),
                     &mut effort,
                 )
             });
-            views = covered?;
+            let covered = covered?;
+            if !covered.is_empty() {
+                views = covered;
+            }
         }
         if views.is_empty() {
             if failures.lift(now) {
@@ -519,7 +539,7 @@ impl Targets {
         whole: &Whole<'_>,
         costs: &Costs<'_>,
         robot: &([f64; 3], Joints),
-        (here, least): ([f64; 2], f64),
+        (here, rate): ([f64; 2], f64),
         views: Vec<Viewpoint<Joints>>,
         effort: &mut viewsample::Effort,
     ) -> Result<Vec<Viewpoint<Joints>>, String> {
@@ -538,7 +558,7 @@ impl Targets {
         near.extend(turns);
         let (chosen, spent) = self
             .sampler
-            .cover(&near, least)
+            .cover(&near, self.threshold())
             .map_err(|e| e.to_string())?;
         *effort += spent;
         let most = chosen.first().map_or(0.0, |(_, gain)| gain.info);
@@ -548,7 +568,9 @@ impl Targets {
             }
             let mut view = near[index].clone();
             view.gain = gain;
-            kept.push(view);
+            if pays(&view, rate, self.rate_span) {
+                kept.push(view);
+            }
         }
         Ok(kept)
     }

@@ -8,6 +8,7 @@ use crate::clock::{Account, Lap, Planning, Stage, Stopwatch};
 use crate::heats::body::{Exact, Joints, Whole};
 use crate::heats::control::Controller;
 use crate::heats::failures::Failures;
+use crate::heats::glance;
 use crate::heats::mapping::Mapper;
 use crate::heats::motion::{
     BodyPath, Failure, MotionParams, STEP, compensate, is_clear, plan_arm, plan_base,
@@ -156,6 +157,8 @@ struct Search<'a> {
     decisions: usize,
     views_reached: usize,
     camera_down: Joints,
+    /// Camera postures of the library.
+    postures: Vec<Joints>,
     time_limit: f64,
 }
 

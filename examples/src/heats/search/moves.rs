@@ -183,6 +183,22 @@ impl Search<'_> {
                 }
             }
         }
-        tried.map(|(path, camera, _)| (path, camera, effort))
+        let (path, camera, _) = tried?;
+        if !self.settings.views.on_the_way {
+            return Ok((path, camera, effort));
+        }
+        let lap = Lap::start();
+        let targets = &self.targets;
+        let (path, looks) = glance::improve(
+            &whole,
+            &self.motion_params,
+            &self.postures,
+            path,
+            self.settings.views.delay_price,
+            |looks| targets.gain_along(looks),
+        );
+        self.watch.stop(Stage::ArmPath, lap);
+        effort.1 += looks;
+        Ok((path, camera, effort))
     }
 }

@@ -21,6 +21,7 @@ fn camera_postures(
     for ((posture, view), attitude) in postures.iter_mut().zip(&views).zip(attitudes).skip(1) {
         let weights = robots::PostureWeights {
             ahead: [attitude.2, attitude.2.max(1.0), defaults.ahead[2]],
+            height: [0.0, 0.0, defaults.height[2]],
             ..defaults.clone()
         };
         let price = |p: &robots::Posture| {
@@ -89,7 +90,7 @@ impl<'a> Search<'a> {
             &pace,
             &postures,
             mapper.map.cell_size(),
-            mapper.inspect_range,
+            (mapper.inspect_range, mapper.target_ball),
             height,
         )
         .map_err(|e| planner(&e))?;
@@ -99,6 +100,8 @@ impl<'a> Search<'a> {
             start_tolerance: 0.15,
             goal_tolerance: 0.0,
             max_expansions: 20_000,
+            reverse_factor: settings.motion.reverse.0,
+            reverse_reach: settings.motion.reverse.1,
             ..hybrid_astar::Params::default()
         })
         .map_err(|e| planner(&e))?;
@@ -168,6 +171,7 @@ impl<'a> Search<'a> {
                 tan_half_h: rgb.0,
                 tan_half_v: rgb.1,
             },
+            postures: postures.iter().map(|p| p.joints).collect(),
             activity: "looking around",
             trace: Trace::default(),
             progress: Vec::new(),
