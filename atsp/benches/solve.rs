@@ -5,6 +5,8 @@
 #[allow(dead_code)]
 mod support;
 
+use std::time::Duration;
+
 use atsp::{CostMatrix, FromFn, Params, Problem, Proof, Solver};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 
@@ -115,5 +117,13 @@ fn warm(c: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, open_paths, parts, bounds, warm);
+criterion_group! {
+    name = benches;
+    // Half a minute in all.
+    config = Criterion::default()
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(1));
+    targets = open_paths, parts, bounds, warm
+}
 criterion_main!(benches);

@@ -187,14 +187,10 @@ impl Solver {
             return Err(Error::Infeasible);
         }
         answer.bound = Some(bound * (1.0 - ROUNDING));
-        let Some((patched, cycles)) = self.starts.patched(closed, &self.assignment.next, pace)
-        else {
+        let Some(patched) = self.starts.patched(closed, &self.assignment.next, pace) else {
             return Ok(answer);
         };
-        // A single cycle is the optimum; joined cycles are better than a first order, but not always than a hint.
-        if cycles == 1 || hint.is_empty() {
-            self.search.begin(closed, patched, pace);
-        }
+        self.search.begin(closed, patched, pace);
         // As dear as its bound, but for the rounding of the two sums.
         answer.optimal = self.search.best().1 - bound <= ROUNDING * bound;
         if answer.optimal || pace.stop() {
@@ -205,6 +201,12 @@ impl Solver {
             return Ok(answer);
         }
         self.search.settle(closed, pace);
+        if !hint.is_empty() {
+            // Neither start is always the better one: down from both, on from the better.
+            self.search.begin(closed, self.starts.last_repaired(), pace);
+            self.search.settle(closed, pace);
+            self.search.back();
+        }
         let mut rng = Rng::new(params.seed);
         let is_small = n <= params.exact_nodes.clamp(SMALLEST, LARGEST);
         let (steps, branches) = match params.proof {

@@ -3,13 +3,17 @@
 use crate::closed::Closed;
 use crate::pace::Pace;
 
-/// Nodes looked at for the nearest one: few, because with large sets each look is a miss of the cache.
+/// Most nodes looked at for the nearest one.
 const WINDOW: usize = 4;
+/// Costs looked at in all: few, because with large sets each look is a miss of the cache.
+const LOOKS: usize = 800;
 
 /// Workspace of the constructions.
 #[derive(Debug, Default)]
 pub(crate) struct Starts {
     tour: Vec<u32>,
+    /// The order repaired last.
+    repaired: Vec<u32>,
     cycles: Vec<u32>,
     /// Begin and length of each cycle in `cycles`.
     spans: Vec<(u32, u32)>,
@@ -31,10 +35,11 @@ impl Starts {
         self.spare.clear();
         // Backwards, so that the last few are the lowest.
         self.spare.extend((1..n as u32).rev());
+        let window = (LOOKS / n).clamp(1, WINDOW);
         let mut here = 0;
         self.tour.push(0);
         while !self.spare.is_empty() {
-            let few = self.spare.len().saturating_sub(WINDOW);
+            let few = self.spare.len().saturating_sub(window);
             let (mut best, mut at) = (f64::INFINITY, few);
             for (k, &node) in self.spare.iter().enumerate().skip(few) {
                 let step = cost(here, node as usize);
@@ -48,15 +53,13 @@ impl Starts {
         &self.tour
     }
 
-    /// Karp's patching: joins each smaller cycle to the largest where it costs least. The number of cycles is returned
-    /// beside the tour: with one, the tour is the assignment.
-    /// `None` when the caller stopped.
+    /// Karp's patching: joins each smaller cycle to the largest where it costs least. `None` when the caller stopped.
     pub(crate) fn patched(
         &mut self,
         closed: &Closed,
         next: &[u32],
         pace: &mut Pace<'_>,
-    ) -> Option<(&[u32], usize)> {
+    ) -> Option<&[u32]> {
         let n = closed.n;
         self.unseen(n);
         self.cycles.clear();
@@ -109,7 +112,7 @@ impl Starts {
             self.tour.extend_from_slice(&cycle[..=j]);
             self.tour.extend_from_slice(&self.spare);
         }
-        Some((&self.tour, self.spans.len()))
+        Some(&self.tour)
     }
 
     /// The hint's order without strangers and repetitions, its missing nodes put where they cost least, lowest first.
@@ -153,6 +156,13 @@ impl Starts {
             }
             self.tour.insert(at + 1, node as u32);
         }
-        &self.tour
+        self.repaired.clear();
+        self.repaired.extend_from_slice(&self.tour);
+        &self.repaired
+    }
+
+    /// What [`repaired`](Self::repaired) made last.
+    pub(crate) fn last_repaired(&self) -> &[u32] {
+        &self.repaired
     }
 }

@@ -171,12 +171,24 @@ proptest! {
     fn effort_never_hurts(costs in matrices(14..40, 0), seed in 0..9u64) {
         let hint: Vec<usize> = (0..costs.len()).rev().collect();
         let few = Params { kicks: 20, seed, ..Params::default() };
-        let many = Params { kicks: 200, ..few };
+        // Enough for restarts from scratch.
+        let many = Params { kicks: 1000, ..few };
         let a = solve_from(&costs, Problem::Open { start: 3 }, &hint, &few).unwrap();
         let b = solve_from(&costs, Problem::Open { start: 3 }, &hint, &many).unwrap();
         let repaired: Vec<usize> = std::iter::once(3).chain(hint.into_iter().filter(|&n| n != 3)).collect();
         prop_assert!(a.cost <= costs.along(&repaired) + 1e-9);
         prop_assert!(b.cost <= a.cost + 1e-9);
+    }
+
+    /// Without a single kick an earlier order gives nothing dearer than starting cold, and nothing dearer than its repair.
+    #[test]
+    fn a_hint_never_hurts(costs in matrices(14..40, 0), hint in prop::collection::vec(0..60usize, 1..50)) {
+        let problem = Problem::Path { start: 0, end: costs.len() - 1 };
+        let params = Params { kicks: 0, proof: Proof::Assignment, ..Params::default() };
+        let warm = solve_from(&costs, problem, &hint, &params).unwrap();
+        let cold = solve(&costs, problem, &params).unwrap();
+        prop_assert!(warm.cost <= cold.cost + 1e-9);
+        prop_assert!(warm.cost <= cost_of(&costs, problem, &repaired(&costs, &hint)) + 1e-9);
     }
 
     /// Adding a constant to a row and to a column shifts the optimum of a closed tour by it.
