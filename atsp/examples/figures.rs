@@ -153,7 +153,7 @@ fn row(instance: &Instance, seeds: u64, limit: f64) -> Result<Row, String> {
     })
 }
 
-/// Overshoot in milliseconds at a budget: the 99th percentile and the most.
+/// Overshoot of each seed at a budget, ms.
 fn overshoot(
     solver: &mut Solver,
     instance: &Instance,

@@ -323,6 +323,7 @@ fn a_closed_hint_keeps_its_turn() {
     assert_eq!(found.cost, n as f64);
 }
 
+#[cfg(feature = "tsplib")]
 mod tsplib {
     use atsp::tsplib::{ParseError, parse};
 

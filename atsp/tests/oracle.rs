@@ -301,7 +301,8 @@ mod linear {
     }
 }
 
-/// Optima of TSPLIB and proved exploration instances, where the data are.
+/// Optima of TSPLIB, where the data are.
+#[cfg(feature = "tsplib")]
 #[test]
 fn published_optima_are_reached() {
     let folder =
