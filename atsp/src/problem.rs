@@ -24,8 +24,8 @@ pub enum Problem {
 pub enum Proof {
     /// The assignment problem's bound only: a few per cent to a third below the optimum where costs are nearly symmetric.
     Assignment,
-    /// Up to 64 nodes as `Effort { steps: 100, branches: 200 }`, which takes one to three milliseconds at 50 nodes;
-    /// above, and with fewer than `n^2 / 2` kicks, as [`Assignment`](Self::Assignment).
+    /// Up to 128 nodes as `Effort { steps: 100, branches: 200 }`, after `n^2 / 2` kicks or `32 n` if that is fewer; it
+    /// takes one to three milliseconds at 50 nodes. Above, and with fewer kicks, as [`Assignment`](Self::Assignment).
     Quick,
     /// At any size: Held and Karp's ascent, then branch and bound.
     Effort {

@@ -28,7 +28,7 @@ const SMALLEST: usize = 8;
 /// Largest table.
 const LARGEST: usize = 20;
 /// Largest closed problem that [`Proof::Quick`] tries.
-const QUICK: usize = 64;
+const QUICK: usize = 128;
 
 /// Orders the nodes; [`Solver::solve`] with a workspace of its own.
 ///
@@ -212,13 +212,13 @@ impl Solver {
         let (steps, branches) = match params.proof {
             _ if is_small => (30, 20),
             // With fewer kicks none are left for it: so more kicks never end higher.
-            Proof::Quick if n <= QUICK && params.kicks >= (n * n / 2) as u64 => (100, 200),
+            Proof::Quick if n <= QUICK && params.kicks >= before_proof(n) => (100, 200),
             Proof::Effort { steps, branches } => (steps, branches),
             _ => (0, 0),
         };
         if steps > 0 {
             // A good order first: the better it is, the less is left to look at.
-            let few = if is_small { n } else { n * n / 2 } as u64;
+            let few = if is_small { n as u64 } else { before_proof(n) };
             let few = params.kicks.min(few);
             answer.kicks = self.search.kicks(closed, few, bound, &mut rng, pace);
             let (tour, cost) = self.search.best();
@@ -271,6 +271,11 @@ impl Solver {
             kicks: 0,
         }))
     }
+}
+
+/// Kicks before a proof is tried: about so many find the optimum in most sets, which leaves the proof least to do.
+fn before_proof(n: usize) -> u64 {
+    (n * (n / 2).min(32)) as u64
 }
 
 /// Where the order stands.
