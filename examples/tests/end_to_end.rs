@@ -1,7 +1,7 @@
 //! HEATS on the small embedded scene, whole, twice.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use seekplan::heats::{self, Settings};
+use seekplan::heats::{self, Sensors, Settings};
 use seekplan::record::{Ended, RunResult};
 use seekplan::scene::Scene;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -40,6 +40,19 @@ fn the_closet_is_searched_whole_and_the_same_way_twice() {
         assert!(pair[1].found >= pair[0].found);
         assert!(pair[1].time_s > pair[0].time_s);
     }
+}
+
+#[test]
+fn the_closet_is_searched_with_the_camera_alone() {
+    let settings = Settings {
+        seed: 1,
+        sensors: Sensors::Camera,
+        ..Settings::default()
+    };
+    let result = run(&settings);
+    assert_eq!(result.ended, Ended::Complete);
+    assert_eq!(result.found, result.targets);
+    assert_eq!((result.collisions, result.limit_violations), (0, 0));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! What a pose would see: HEATS eq. 4.
 
+use crate::geometry::Held;
 use crate::map::Cell;
 use crate::params::Params;
 use crate::world::{Eye, World};
@@ -37,6 +38,8 @@ pub(crate) struct Sensors {
     pub(crate) allowance: u32,
     /// Cosine of the largest incidence on inspection faces.
     incidence: Option<f64>,
+    /// Half the side of a target, m.
+    target: Option<f64>,
     exploration_weight: f64,
     inspection_weight: f64,
     cavity_weight: f64,
@@ -50,6 +53,7 @@ impl Sensors {
             rgb: params.rgb,
             allowance: params.unknown_allowance,
             incidence: params.max_incidence.map(f64::cos),
+            target: params.target,
             exploration_weight: params.exploration_weight,
             inspection_weight: params.inspection_weight,
             cavity_weight: params.cavity_weight,
@@ -145,10 +149,14 @@ impl Sensors {
         mut visit: impl FnMut(usize, u64, u64),
     ) {
         let eye = world.eye(camera.translation);
+        let held = self.held(world, camera);
         self.camera_covers(world, camera, known, |word, e, i| {
             let (e, i) = if self.incidence.is_some() {
                 let e = world.visible(&eye, word, e, self.allowance);
-                (e, self.faces_seen(world, camera, &eye, word, i))
+                (
+                    e,
+                    self.faces_seen(world, camera, held.as_ref(), &eye, word, i),
+                )
             } else {
                 let mask = world.visible(&eye, word, e | i, self.allowance);
                 (e & mask, i & mask)
@@ -159,19 +167,37 @@ impl Sensors {
         });
     }
 
+    fn held(&self, world: &World, camera: &Pose) -> Option<Held> {
+        let half = self.target? + 0.5 * world.cell_size;
+        Some(Held::new(&self.rgb, camera, world.cell_size, half))
+    }
+
     /// Those of the inspection cells `mask` of a word of which an open face is in sight, steeply enough.
-    fn faces_seen(&self, world: &World, camera: &Pose, eye: &Eye, word: usize, mask: u64) -> u64 {
+    fn faces_seen(
+        &self,
+        world: &World,
+        camera: &Pose,
+        held: Option<&Held>,
+        eye: &Eye,
+        word: usize,
+        mask: u64,
+    ) -> u64 {
         let Some(least) = self.incidence else {
             return world.visible(eye, word, mask, self.allowance);
         };
         let mut by_face = [0u64; 6];
         let way = way(world, camera, word);
+        let below = camera.to_camera(world.center(world.cell(word)));
         let mut rest = mask;
         while rest != 0 {
             let bit = rest.trailing_zeros();
             rest &= rest - 1;
             let up = world.cell_size * f64::from(bit);
-            let faces = world.faces_eye(word, bit, [way[0], way[1], way[2] - up], least);
+            let mut faces = world.faces_eye(word, bit, [way[0], way[1], way[2] - up], least);
+            if let Some(held) = held {
+                let p = [0, 1, 2].map(|a| below[a] + up * camera.rotation[2][a]);
+                faces = held.of(p, faces);
+            }
             for (face, cells) in by_face.iter_mut().enumerate() {
                 *cells |= u64::from(faces >> face & 1) << bit;
             }
@@ -199,6 +225,7 @@ impl Sensors {
         // With a hair to spare: a quick test before the exact one.
         let far2 = self.depth.far.max(self.rgb.far).powi(2) * (1.0 + 1e-9);
         let up = camera.rotation[2].map(|v| v * h);
+        let held = self.held(world, camera);
         each_word(world, rectangle, |word| {
             let (mut e, mut i) = (world.exploration[word], world.inspection[word]);
             if e | i == 0 {
@@ -220,7 +247,8 @@ impl Sensors {
                 let way = way(world, camera, word);
                 i = keep(i, |n| {
                     let from = [way[0], way[1], way[2] - h * f64::from(n)];
-                    world.faces_eye(word, n, from, least) != 0
+                    let faces = world.faces_eye(word, n, from, least);
+                    held.as_ref().map_or(faces, |held| held.of(at(n), faces)) != 0
                 });
             }
             if e | i != 0 {
@@ -244,7 +272,8 @@ impl Sensors {
         };
         frustum.covers(camera.to_camera(world.center(c)))
             && if inspection {
-                self.faces_seen(world, camera, eye, word, 1 << bit) != 0
+                let held = self.held(world, camera);
+                self.faces_seen(world, camera, held.as_ref(), eye, word, 1 << bit) != 0
             } else {
                 world.visible(eye, word, 1 << bit, self.allowance) != 0
             }

@@ -81,9 +81,6 @@ pub struct Frustum {
     pub near: f64,
     /// Largest distance from the optical centre, m.
     pub far: f64,
-    /// How far inside the left and right, and the upper and lower border a point must be at its depth, m. See
-    /// [`holding`](Self::holding).
-    pub inset: [f64; 2],
 }
 
 impl Frustum {
@@ -94,16 +91,6 @@ impl Frustum {
             tan_half_v: (vertical / 2.0).to_radians().tan(),
             near,
             far,
-            inset: [0.0; 2],
-        }
-    }
-
-    /// The same, but a ball of `radius` m around a point must lie between the borders: for targets that count only when the
-    /// image shows all of them.
-    pub fn holding(self, radius: f64) -> Self {
-        Self {
-            inset: [self.tan_half_h, self.tan_half_v].map(|t| radius * t.hypot(1.0)),
-            ..self
         }
     }
 
@@ -111,8 +98,8 @@ impl Frustum {
     #[inline]
     pub fn covers(&self, p: [f64; 3]) -> bool {
         p[2] >= self.near
-            && p[0].abs() <= self.tan_half_h * p[2] - self.inset[0]
-            && p[1].abs() <= self.tan_half_v * p[2] - self.inset[1]
+            && p[0].abs() <= self.tan_half_h * p[2]
+            && p[1].abs() <= self.tan_half_v * p[2]
             && p[0] * p[0] + p[1] * p[1] + p[2] * p[2] <= self.far * self.far
     }
 
@@ -191,15 +178,6 @@ impl Frustum {
     }
 
     pub(crate) fn validate(&self, field: &'static str) -> Result<(), Error> {
-        for value in self.inset {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(Error::Param {
-                    field,
-                    value,
-                    range: "an inset of zero or more, finite",
-                });
-            }
-        }
         for value in [self.tan_half_h, self.tan_half_v, self.far] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(Error::Param {
@@ -217,6 +195,54 @@ impl Frustum {
             });
         }
         Ok(())
+    }
+}
+
+/// Which faces of a voxel an image shows whole, with a square around them.
+///
+/// For each face and each border of the image, how far inside the border the voxel's centre must be, at its own depth.
+#[derive(Clone, Debug)]
+pub(crate) struct Held {
+    insets: [[f64; 4]; 6],
+    tangents: [f64; 2],
+}
+
+impl Held {
+    /// For a camera at `pose`, voxels of `cell_size` m, and squares of half a side `half` m around the faces' middles.
+    pub(crate) fn new(frustum: &Frustum, pose: &Pose, cell_size: f64, half: f64) -> Self {
+        let tangents = [frustum.tan_half_h, frustum.tan_half_v];
+        // What a metre along a world axis moves a point beyond a border: left and right, up and down.
+        let beyond = |axis: usize, border: usize| {
+            let sign = if border.is_multiple_of(2) { 1.0 } else { -1.0 };
+            let k = border / 2;
+            sign * pose.rotation[axis][k] - tangents[k] * pose.rotation[axis][2]
+        };
+        let insets = std::array::from_fn(|face| {
+            let (axis, out) = (face / 2, if face % 2 == 0 { -1.0 } else { 1.0 });
+            std::array::from_fn(|border| {
+                half * (beyond((axis + 1) % 3, border).abs() + beyond((axis + 2) % 3, border).abs())
+                    + 0.5 * cell_size * out * beyond(axis, border)
+            })
+        });
+        Self { insets, tangents }
+    }
+
+    /// Those of the faces of a voxel whose centre is at a point of the camera frame, m.
+    #[inline]
+    pub(crate) fn of(&self, p: [f64; 3], faces: u8) -> u8 {
+        let room = [
+            self.tangents[0] * p[2] - p[0],
+            self.tangents[0] * p[2] + p[0],
+            self.tangents[1] * p[2] - p[1],
+            self.tangents[1] * p[2] + p[1],
+        ];
+        let mut held = 0;
+        for (face, insets) in self.insets.iter().enumerate() {
+            if faces >> face & 1 != 0 && (0..4).all(|b| room[b] >= insets[b]) {
+                held |= 1 << face;
+            }
+        }
+        held
     }
 }
 

@@ -61,6 +61,9 @@ pub struct Params {
     /// Largest angle between the normal of an open face of an inspection voxel and the direction to the camera, rad; none
     /// counts every voxel in sight, as published.
     pub max_incidence: Option<f64>,
+    /// Half the side of a target, m. With a limit on incidence, a face counts only where the image shows the square around its
+    /// middle that holds any target whose own middle lies on the face; none asks for the voxel's centre alone.
+    pub target: Option<f64>,
     /// Map changes farther than this from a base position, m in x or y, cannot touch the body.
     pub body_reach: f64,
     /// How many updates a LiDAR count may lag behind the map (frontier cells that are gone are
@@ -110,6 +113,7 @@ impl Default for Params {
             threshold: 2.0,
             unknown_allowance: 2,
             max_incidence: None,
+            target: None,
             body_reach: 1.5,
             lidar_patience: 3,
             lidar_grid: 0.5,
@@ -194,6 +198,9 @@ impl Params {
         )?;
         if let Some(angle) = self.max_incidence {
             positive("max_incidence", angle)?;
+        }
+        if let Some(half) = self.target {
+            natural("target", half)?;
         }
         natural("body_reach", self.body_reach)?;
         natural("lidar_grid", self.lidar_grid)?;

@@ -309,29 +309,31 @@ impl World {
     }
 
     /// The open faces of an inspection cell that an eye at `from_cell` (m, relative to the cell's centre) looks at from
-    /// outside, at an angle to the surface's normal whose cosine is at least `least`; bits as in
-    /// [`Map::faces`]. The normal is the face's own, or the mean of the exposed faces, since a slanted surface is a
-    /// staircase of such cells.
+    /// outside, at an angle to the surface's normal in the middle of the face whose cosine is at least `least`; bits as in
+    /// [`Map::faces`]. The normal is the face's own, or for upright faces the mean of those exposed, since a wall at an angle to
+    /// the grid is a staircase of such cells.
     #[inline]
     pub(crate) fn faces_eye(&self, word: usize, bit: u32, from_cell: [f64; 3], least: f64) -> u8 {
         let (open, exposed) = self.faces[word * 64 + bit as usize];
-        let length = from_cell.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let needed = least * length;
+        let square = from_cell.iter().map(|v| v * v).sum::<f64>();
         let sign = |face: usize| if face.is_multiple_of(2) { -1.0 } else { 1.0 };
-        let mut mean = [0.0; 3];
-        for face in 0..6 {
+        let mut mean = [0.0_f64; 2];
+        for face in 0..4 {
             if exposed >> face & 1 != 0 {
                 mean[face / 2] += sign(face);
             }
         }
-        let norm = mean.iter().map(|v: &f64| v * v).sum::<f64>().sqrt();
-        let by_mean =
-            norm > 0.0 && (0..3).map(|n| mean[n] * from_cell[n]).sum::<f64>() >= needed * norm;
+        let norm = (mean[0] * mean[0] + mean[1] * mean[1]).sqrt();
+        let by_mean = norm > 0.0
+            && mean[0] * from_cell[0] + mean[1] * from_cell[1] >= least * square.sqrt() * norm;
+        let half = 0.5 * self.cell_size;
         (0..6).fold(0, |faces, face| {
             let along = sign(face) * from_cell[face / 2];
+            let above = along - half;
             let seen = open >> face & 1 != 0
-                && along > 0.5 * self.cell_size
-                && (along >= needed || by_mean);
+                && above > 0.0
+                && (above >= least * (square - half * (along + above)).max(0.0).sqrt()
+                    || (face < 4 && by_mean));
             faces | u8::from(seen) << face
         })
     }

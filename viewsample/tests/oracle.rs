@@ -201,8 +201,10 @@ fn seen_faces_equal_their_definition() {
         let map = Faced(hall(&mut dice));
         let all = clusters(&map.0, |_| false);
         let limit = dice.between(0.5, 1.4);
+        let target = (dice.below(2) == 0).then(|| dice.between(0.0, 0.2));
         let params = Params {
             max_incidence: Some(limit),
+            target,
             ..params()
         };
         let mut sampler = Sampler::new(&params, solved(&map.0, &params)).unwrap();
@@ -226,15 +228,43 @@ fn seen_faces_equal_their_definition() {
                 let length = way.iter().map(|v| v * v).sum::<f64>().sqrt();
                 let dot = |n: [f64; 3]| (0..3).map(|a| n[a] * way[a]).sum::<f64>();
                 let open: Vec<usize> = (0..6).filter(|&f| map.is_free(across(cell, f))).collect();
-                let mean =
-                    [0, 1, 2].map(|a| open.iter().map(|&f| f64::from(FACES[f][a])).sum::<f64>());
-                let norm = mean.iter().map(|v| v * v).sum::<f64>().sqrt();
-                let by_mean = norm > 0.0 && dot(mean) >= limit.cos() * length * norm;
+                let upright = open.iter().filter(|&&f| f < 4);
+                let mean = [0, 1].map(|a| {
+                    upright
+                        .clone()
+                        .map(|&f| f64::from(FACES[f][a]))
+                        .sum::<f64>()
+                });
+                let norm = mean[0].hypot(mean[1]);
+                let by_mean =
+                    norm > 0.0 && dot([mean[0], mean[1], 0.0]) >= limit.cos() * length * norm;
+                // The four corners of the square around a face.
+                let held = |f: usize, middle: [f64; 3]| {
+                    let half = target.map(|t| t + 0.5 * H);
+                    half.is_none_or(|half| {
+                        [(-half, -half), (-half, half), (half, -half), (half, half)]
+                            .into_iter()
+                            .all(|(a, b)| {
+                                let mut corner = middle;
+                                corner[(f / 2 + 1) % 3] += a;
+                                corner[(f / 2 + 2) % 3] += b;
+                                let c = camera.to_camera(corner);
+                                c[2] > 0.0
+                                    && c[0].abs() <= params.rgb.tan_half_h * c[2]
+                                    && c[1].abs() <= params.rgb.tan_half_v * c[2]
+                            })
+                    })
+                };
                 params.rgb.covers(camera.to_camera(p))
                     && open.iter().any(|&f| {
-                        let along = dot(FACES[f].map(f64::from));
-                        along > 0.5 * H
-                            && (along >= limit.cos() * length || by_mean)
+                        let normal = FACES[f].map(f64::from);
+                        let middle = [0, 1, 2].map(|a| p[a] + 0.5 * H * normal[a]);
+                        let from = [0, 1, 2].map(|a| eye[a] - middle[a]);
+                        let above = (0..3).map(|a| normal[a] * from[a]).sum::<f64>();
+                        let far = from.iter().map(|v| v * v).sum::<f64>().sqrt();
+                        above > 0.0
+                            && (above >= limit.cos() * far || (f < 4 && by_mean))
+                            && held(f, middle)
                             && map.line_of_sight(eye, across(cell, f), params.unknown_allowance)
                     })
             };

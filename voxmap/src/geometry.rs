@@ -111,11 +111,17 @@ impl Camera {
             && along(1).abs() <= depth * self.tan_half_v
     }
 
-    /// True if a ball around a point lies in front of the camera and whole inside the image.
-    pub fn sees_ball(&self, center: [f64; 3], radius: f64) -> bool {
-        let d = [0, 1, 2].map(|a| center[a] - self.translation[a]);
-        let c = [0, 1, 2].map(|j| (0..3).map(|a| self.rotation[a][j] * d[a]).sum::<f64>());
-        let inside = |x: f64, tan: f64| x.abs() + radius * tan.hypot(1.0) <= tan * c[2];
-        c[2] > 0.0 && inside(c[0], self.tan_half_h) && inside(c[1], self.tan_half_v)
+    /// True if a square lies in front of the camera and whole inside the image: its middle, the axis that it is normal to (0 to 2),
+    /// and half its side, m; its sides are parallel to the other axes.
+    pub fn sees_square(&self, middle: [f64; 3], axis: usize, half: f64) -> bool {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)]
+            .into_iter()
+            .all(|(a, b)| {
+                let mut corner = middle;
+                corner[u] += a * half;
+                corner[v] += b * half;
+                self.sees(corner)
+            })
     }
 }

@@ -30,17 +30,19 @@ impl VoxelMap {
         self.mark(camera, None, range, Some(max_incidence))
     }
 
-    /// As [`mark_inspected_within`](Self::mark_inspected_within), for detectors that ask for a whole target in two images in a
-    /// row: a ball of `radius` m around the cell's centre must lie inside this image and the one taken before.
+    /// As [`mark_inspected_within`](Self::mark_inspected_within), for detectors that ask for a whole flat target in two images in
+    /// a row: the square around the middle of the face that holds any target of half a side `target` m whose own middle lies on
+    /// the face must be inside this image and the one taken before.
     pub fn mark_inspected_twice(
         &mut self,
         before: &Camera,
         camera: &Camera,
         range: f64,
         max_incidence: f64,
-        radius: f64,
+        target: f64,
     ) -> usize {
-        self.mark(camera, Some((before, radius)), range, Some(max_incidence))
+        let half = target + 0.5 * self.cell_size;
+        self.mark(camera, Some((before, half)), range, Some(max_incidence))
     }
 
     fn mark(
@@ -74,18 +76,15 @@ impl VoxelMap {
                         let cell = [0, 1, 2].map(|a| [x, y, z][a] + self.first[a]);
                         let center = self.center(cell);
                         let square: f64 = (0..3).map(|a| (center[a] - eye[a]).powi(2)).sum();
-                        if square >= range * range
-                            || !camera.sees(center)
-                            || twice.is_some_and(|(before, radius)| {
-                                !(camera.sees_ball(center, radius)
-                                    && before.sees_ball(center, radius))
-                            })
-                        {
+                        if square >= range * range || !camera.sees(center) {
                             continue;
                         }
                         let mut faces = self.exposed_faces(cell) & !self.seen_faces(cell);
                         if let Some(limit) = max_incidence {
                             faces &= self.faces_towards(cell, eye, limit);
+                        }
+                        if let Some((before, half)) = twice {
+                            faces = self.faces_held(center, faces, [before, camera], half);
                         }
                         match max_incidence {
                             None if !self.line_of_sight(eye, cell, u32::MAX) => faces = 0,
@@ -110,6 +109,22 @@ impl VoxelMap {
         marks.len()
     }
 
+    /// Those of the faces given of the cell around `center` whose squares lie inside both images.
+    fn faces_held(&self, center: [f64; 3], faces: u8, images: [&Camera; 2], half: f64) -> u8 {
+        FACES
+            .iter()
+            .enumerate()
+            .filter(|(face, offset)| {
+                let middle =
+                    [0, 1, 2].map(|a| center[a] + 0.5 * self.cell_size * f64::from(offset[a]));
+                faces >> face & 1 != 0
+                    && images
+                        .iter()
+                        .all(|image| image.sees_square(middle, face / 2, half))
+            })
+            .fold(0, |held, (face, _)| held | 1 << face)
+    }
+
     /// Those of the exposed faces given whose cell in front is in sight.
     fn faces_in_sight(&self, cell: Cell, faces: u8, eye: [f64; 3]) -> u8 {
         FACES
@@ -123,32 +138,37 @@ impl VoxelMap {
     }
 
     /// The exposed faces of an occupied cell that an eye looks at from outside, at no more than `max_incidence` rad to the
-    /// surface's normal; bits as [`exposed_faces`](Self::exposed_faces).
+    /// surface's normal at the middle of the face; bits as [`exposed_faces`](Self::exposed_faces).
     ///
-    /// The normal is the face's own. Where a cell has several exposed faces around an edge, their mean serves as well, since a
-    /// slanted surface is a staircase of such cells.
+    /// The normal is the face's own. Where a cell has several exposed faces around an upright edge, their mean serves them as
+    /// well, since a wall at an angle to the grid is a staircase of such cells. (A table's edge is not: it has a top and an
+    /// underside, and each must be looked at from its own side.)
     pub fn faces_towards(&self, cell: Cell, eye: [f64; 3], max_incidence: f64) -> u8 {
         let center = self.center(cell);
         let exposed = self.exposed_faces(cell);
         let way = [0, 1, 2].map(|a| eye[a] - center[a]);
-        let length = way.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let needed = length * max_incidence.cos();
-        let mut mean = [0.0; 3];
-        for (face, offset) in FACES.iter().enumerate() {
+        let square = way.iter().map(|v| v * v).sum::<f64>();
+        let cosine = max_incidence.cos();
+        let half = 0.5 * self.cell_size;
+        let mut mean = [0.0; 2];
+        for (face, offset) in FACES.iter().enumerate().take(4) {
             if exposed >> face & 1 != 0 {
-                for a in 0..3 {
+                for a in 0..2 {
                     mean[a] += f64::from(offset[a]);
                 }
             }
         }
-        let norm = mean.iter().map(|v: &f64| v * v).sum::<f64>().sqrt();
-        let by_mean = norm > 0.0 && (0..3).map(|a| mean[a] * way[a]).sum::<f64>() >= needed * norm;
+        let norm = mean[0].hypot(mean[1]);
+        let by_mean =
+            norm > 0.0 && mean[0] * way[0] + mean[1] * way[1] >= cosine * square.sqrt() * norm;
         let mut faces = 0;
         for (face, offset) in FACES.iter().enumerate() {
             let along: f64 = (0..3).map(|a| f64::from(offset[a]) * way[a]).sum();
-            // On the outer side of the face's plane, half a cell from the centre.
-            let outside = along > 0.5 * self.cell_size;
-            if exposed >> face & 1 != 0 && outside && (along >= needed || by_mean) {
+            // From the middle of the face, half a cell nearer than that of the cell.
+            let above = along - half;
+            let length = (square - half * (along + above)).max(0.0).sqrt();
+            let towards = above >= cosine * length || (face < 4 && by_mean);
+            if exposed >> face & 1 != 0 && above > 0.0 && towards {
                 faces |= 1 << face;
             }
         }

@@ -37,6 +37,7 @@ mod snapshot;
 mod store;
 mod traits;
 mod walk;
+mod wide;
 
 pub use cast::Ray;
 pub use changes::{ChangedWord, Changes};

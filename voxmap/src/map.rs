@@ -257,8 +257,12 @@ impl VoxelMap {
     /// Whether narrow faces are left out of what is still to be inspected; off at first.
     ///
     /// A face is narrow where both neighbours of its cell along the face are free, across one direction: the edge of a board, a
-    /// table's leg. What stands there is thinner than a cell, so it cannot carry a target as wide as one. Call it
-    /// before the first scan, or the changes of the map do not tell.
+    /// table's leg. What stands there is thinner than a cell, so it cannot carry a target as wide as one. Nor can a face that
+    /// stands alone: one that looks up or down counts inside a square of two by two such faces, an upright one if the
+    /// surface goes on beside it and above or below it.
+    ///
+    /// Call it before the first scan, or the changes of the map do not tell. Whether a face is narrow depends on cells up to two
+    /// away, so who follows changes looks one cell beyond their boxes.
     pub fn skip_narrow_faces(&mut self, skip: bool) {
         self.skip_narrow = skip;
     }
@@ -300,6 +304,7 @@ impl VoxelMap {
                     faces &= 3 << (2 * axis);
                 }
             }
+            faces = self.wide_faces(cell, faces);
         }
         faces
     }
@@ -382,6 +387,9 @@ impl VoxelMap {
             for (f, free) in beside.iter_mut().enumerate() {
                 let axis = f / 2;
                 *free &= !(thin[(axis + 1) % 3] | thin[(axis + 2) % 3]);
+                if *free & !seen[f] & occupied != 0 {
+                    *free &= self.wide_word(w, y, z, f);
+                }
             }
         }
         (0..6).fold(0, |open, f| open | (beside[f] & !seen[f])) & occupied

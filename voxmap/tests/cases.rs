@@ -485,20 +485,46 @@ fn a_wall_seen_flatter_than_45_degrees_is_inspected_up_to_the_limit() {
 #[test]
 fn two_images_in_a_row_inspect_what_both_show() {
     let narrow = |y| Camera {
-        tan_half_h: 0.5,
+        tan_half_h: 0.62,
         ..looking_along_x([2.75, y, 1.25])
     };
     let mut map = wall();
     map.mark_inspected_twice(&narrow(1.25), &narrow(2.25), 8.0, 1.1, 0.0);
-    // Each shows 0.75 m to either side: 0.5..2.0 and 1.5..3.0.
+    // The faces are 1.25 m away, so that each shows 0.775 m to either side: 0.475..2.025 and 1.475..3.025.
     let seen: Vec<i32> = (0..10).filter(|&y| map.is_inspected([8, y, 2])).collect();
     assert_eq!(seen, [3]);
     let mut whole = wall();
     assert_eq!(
         whole.mark_inspected_twice(&narrow(1.25), &narrow(2.25), 8.0, 1.1, 0.3),
         0,
-        "no ball of 0.3 m fits into both images"
+        "no target of 0.6 m is whole in both images"
     );
+}
+
+#[test]
+fn faces_are_wide_where_the_surface_goes_on() {
+    let mut map = VoxelMap::new(&config()).unwrap();
+    map.set_free_box([0.0; 3], [10.0, 5.0, 3.0]);
+    map.skip_narrow_faces(true);
+    let mut put = |cells: &mut dyn Iterator<Item = [i32; 3]>| {
+        for c in cells {
+            map.set_state(c, State::Occupied);
+        }
+    };
+    // A wall at 45 degrees, two cells thick in x and three high; a beam of 2 x 2 cells along x; a block of one cell on it.
+    put(&mut (0..6)
+        .flat_map(|i| (1..4).flat_map(move |z| (0..2).map(move |dx| [2 + i + dx, 1 + i, z]))));
+    put(&mut (10..18).flat_map(|x| (2..4).flat_map(move |y| (1..3).map(move |z| [x, y, z]))));
+    put(&mut [[14, 2, 3]].into_iter());
+    // The wall's steps go on beside, and above or below.
+    assert_eq!(map.open_faces([4, 3, 2]), 0b00_1001);
+    assert_eq!(map.open_faces([5, 3, 2]), 0b00_0110);
+    // The beam's sides and top are wide, also next to the block, but the block's own faces are not.
+    assert_eq!(map.open_faces([12, 2, 2]), 0b10_0100);
+    assert_eq!(map.open_faces([15, 2, 2]), 0b10_0100);
+    assert_eq!(map.open_faces([14, 2, 3]), 0);
+    // The beam's end is two by two cells.
+    assert_eq!(map.open_faces([10, 2, 2]), 0b10_0101);
 }
 
 #[test]

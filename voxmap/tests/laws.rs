@@ -50,6 +50,52 @@ proptest! {
         }
     }
 
+    /// A face is to be inspected if it is open, the cell is thick enough, and the surface goes on around it; words of cells agree
+    /// with cells.
+    #[test]
+    fn only_wide_faces_are_to_be_inspected(seed: u64) {
+        let mut map = random_map(seed, [131.0, 7.0, 6.0], 0.4, 0.55);
+        map.skip_narrow_faces(true);
+        let steps = [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
+        let plus = |c: Cell, d: Cell| [0, 1, 2].map(|a| c[a] + d[a]);
+        for cell in cells(&map) {
+            let open = |c: Cell, f: usize| map.is_occupied(c) && map.is_free(plus(c, steps[f]));
+            let mut expected = 0u8;
+            for f in 0..6 {
+                let axis = f / 2;
+                let thin = (0..3).any(|a| a != axis && open(cell, 2 * a) && open(cell, 2 * a + 1));
+                let around = |d: Cell| {
+                    // Upright surfaces may step by one cell along their normal.
+                    let shifts = if axis == 2 { 0..=0 } else { -1..=1 };
+                    shifts.into_iter().any(|s| {
+                        let mut d = d;
+                        d[axis] += s;
+                        open(plus(cell, d), f)
+                    })
+                };
+                let wide = if axis == 2 {
+                    [-1, 1].into_iter().any(|x| [-1, 1].into_iter().any(|y| {
+                        around([x, 0, 0]) && around([0, y, 0]) && around([x, y, 0])
+                    }))
+                } else {
+                    let mut side = [0; 3];
+                    side[1 - axis] = 1;
+                    let other = side.map(|v: i32| -v);
+                    (around(side) || around(other)) && (around([0, 0, 1]) || around([0, 0, -1]))
+                };
+                if open(cell, f) && !thin && wide {
+                    expected |= 1 << f;
+                }
+            }
+            prop_assert_eq!(map.open_faces(cell), expected, "{:?}", cell);
+            #[cfg(feature = "frontier")]
+            {
+                let word = frontier::Map::inspection_word(&map, cell);
+                prop_assert_eq!(word & 1 != 0, expected != 0, "word at {:?}", cell);
+            }
+        }
+    }
+
     /// The same scan again and again saturates: nothing changes from some point on, and 300 scans are as good as 30.
     #[test]
     fn repeated_scans_saturate(seed: u64) {

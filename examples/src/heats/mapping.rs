@@ -7,8 +7,8 @@ use voxmap::{
     RegionParams, Regions, Scan, SensorModel, VoxelMap,
 };
 
-/// Half the diagonal of a target, m: of the 0.2 m tags that the paper's setting suggests.
-const TARGET: f64 = 0.141;
+/// Half the side of a target, m: of the 0.2 m tags of the scenes, and a little.
+pub(super) const TARGET: f64 = 0.12;
 /// Free area that must have changed before regions are segmented again, m2.
 const REGION_AREA: f64 = 1.0;
 /// Shortest time between two segmentations, s.
@@ -26,9 +26,6 @@ pub struct Mapper {
     pub regions: Option<Regions>,
     /// Largest distance at which a voxel counts as inspected, m.
     pub inspect_range: f64,
-    /// Radius of the ball around a voxel that holds any target whose middle lies on the voxel, m: an image that shows the ball
-    /// shows the whole target.
-    pub target_ball: f64,
     /// Largest incidence at which a face counts as inspected, rad; none for the published rule.
     pub inspect_incidence: Option<f64>,
     grazing_guard: Option<GrazingGuard>,
@@ -70,7 +67,6 @@ impl Mapper {
             inspect_range: m.inspect_range.unwrap_or(scene.limits.d_ins),
             inspect_incidence: (m.inspect_incidence < 90.0)
                 .then(|| m.inspect_incidence.to_radians()),
-            target_ball: TARGET + std::f64::consts::FRAC_1_SQRT_2 * map.cell_size(),
             grazing_guard: m.grazing_guard.then(GrazingGuard::default),
             region_params: RegionParams {
                 tau: settings.decision.tau,
@@ -116,18 +112,15 @@ impl Mapper {
     /// Marks what the camera inspects from where it is now; `before` is the image taken before. Returns how many voxels gained a face.
     pub fn inspect(&mut self, before: &Camera, camera: &Camera) -> usize {
         match self.inspect_incidence {
-            Some(limit) => self.map.mark_inspected_twice(
-                before,
-                camera,
-                self.inspect_range,
-                limit,
-                self.target_ball,
-            ),
+            Some(limit) => {
+                self.map
+                    .mark_inspected_twice(before, camera, self.inspect_range, limit, TARGET)
+            }
             None => self.map.mark_inspected(camera, self.inspect_range),
         }
     }
 
-    /// Brings distance field and cost map up to date; returns the boxes that changed since the last call.
+    /// Brings distance field and cost map up to date; returns boxes around what changed since the last call.
     pub fn refresh(&mut self) -> Vec<CellBox> {
         let changes = self.map.take_changes();
         if changes.is_empty() {
@@ -135,7 +128,13 @@ impl Mapper {
         }
         self.distance.update(&self.map, &changes);
         self.ground.update(&self.map, &changes.state_boxes);
-        changes.boxes
+        // A change makes faces one cell further narrow or wide.
+        let bounds = self.map.bounds();
+        let grown = |b: &CellBox| CellBox {
+            low: [0, 1, 2].map(|a| (b.low[a] - 1).max(bounds.low[a])),
+            high: [0, 1, 2].map(|a| (b.high[a] + 1).min(bounds.high[a])),
+        };
+        changes.boxes.iter().map(grown).collect()
     }
 
     /// Segments the regions anew when enough has changed; labels carry over by overlap.

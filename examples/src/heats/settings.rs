@@ -64,7 +64,7 @@ pub struct MapSettings {
     /// Each face of a voxel that is open to free space must then be seen from its own side. 90 or more is the published rule:
     /// one sight of a voxel inspects all of it, so that a table top seen from above is never looked at from below.
     pub inspect_incidence: f64,
-    /// Whether faces of things thinner than a voxel, which cannot carry a target, need no inspection.
+    /// Whether faces too narrow to carry a target, of rods and edges and slivers between them, need no inspection.
     pub skip_narrow: bool,
     /// Probabilities of the sensor model: hit, miss, lower clamp, upper clamp, occupied above.
     pub hit: f64,
@@ -125,7 +125,7 @@ impl Default for FrontierSettings {
             exploration_size: 60.0,
             exploration_extent: 2.0,
             min_exploration: 10,
-            min_inspection: 6,
+            min_inspection: 2,
             normal_angle: 30.0,
             inspection_radius: 1.2,
             exploration_band: (0.0, 2.4),
@@ -147,8 +147,7 @@ pub struct ViewSettings {
     /// Weight of unknown voxels that only the camera sees, such as the inside of a bin, behind which lie several faces to inspect.
     /// As published it is `exploration_weight`.
     pub cavity_weight: f64,
-    /// Least information gain of a candidate. Three inspection voxels (2.0) would be the smallest cluster; the robot then
-    /// spends most of its time on slivers at edges before it leaves a region, so the default is higher.
+    /// Least information gain of a candidate (at 0.15 m voxels); a whole target spans four voxels at most.
     pub threshold: f64,
     /// Least information gain of the last tries, with wider rings, once nothing above the threshold is left.
     pub relaxed_threshold: f64,
@@ -178,8 +177,8 @@ impl Default for ViewSettings {
             exploration_weight: 0.2,
             inspection_weight: 0.8,
             cavity_weight: 1.6,
-            threshold: 8.0,
-            relaxed_threshold: 2.0,
+            threshold: 4.0,
+            relaxed_threshold: 0.8,
             attitudes: vec![
                 (0.0, 1.2, 0.1),
                 (-15.0, 1.5, 0.4),

@@ -3,6 +3,7 @@
 use super::body::{Joints, Whole};
 use super::decision::{Stand, Ways, decide};
 use super::failures::Failures;
+use super::mapping::TARGET;
 use super::pace::Pace;
 use super::settings::{Sensors, Settings};
 use crate::clock::{Stage, Stopwatch};
@@ -133,7 +134,7 @@ impl Targets {
         pace: &Pace,
         postures: &[robots::Posture],
         cell_size: f64,
-        (inspect_range, target_ball): (f64, f64),
+        inspect_range: f64,
         height: f64,
     ) -> Result<Self, String> {
         let f = &settings.frontier;
@@ -173,18 +174,11 @@ impl Targets {
                 far: 4.0,
                 ..defaults.depth
             },
-            rgb: if settings.map.inspect_incidence < 90.0 {
-                Frustum {
-                    far: inspect_range,
-                    ..defaults.rgb
-                }
-                .holding(target_ball)
-            } else {
-                Frustum {
-                    far: inspect_range,
-                    ..defaults.rgb
-                }
+            rgb: Frustum {
+                far: inspect_range,
+                ..defaults.rgb
             },
+            target: Some(TARGET),
             motion_decay: v.motion_decay,
             exploration_weight: v.exploration_weight,
             inspection_weight: v.inspection_weight,

@@ -43,6 +43,8 @@ const SAMPLE_PERIOD: f64 = 0.2;
 const PATIENCE: f64 = 3.0;
 /// A path that is blocked before it was followed for so long counts as a failure of its target, s.
 const FRESH: f64 = 0.5;
+/// A path that is blocked no farther than this from where the last one was is no way out either, m.
+const STANDS: f64 = 0.1;
 /// How much deeper than the robot is a path out of a violation may go, m.
 const SLACK: f64 = 0.01;
 /// How long a path's end may be approached beyond its time, s.
@@ -141,6 +143,8 @@ struct Search<'a> {
     pending: Option<(f64, Box<Follow>)>,
     /// Earliest time of the next decision.
     next_decision: f64,
+    /// Where the robot was when a path was last found blocked.
+    blocked_at: Option<[f64; 3]>,
     /// The reached view that the next image still has to show.
     arrived: Option<Target>,
     rgb: (f64, f64),
@@ -327,7 +331,8 @@ impl<'a> Search<'a> {
         }
         match &self.motion {
             Motion::Follow(follow) if follow.target.is_none() => {
-                if follow.time < follow.path.seconds() + 0.2 {
+                // What could not be looked at from here will be from elsewhere.
+                if follow.time < follow.path.seconds() + 0.2 && !self.is_stuck(follow, now) {
                     return Ok(false);
                 }
                 self.rest();
@@ -339,7 +344,12 @@ impl<'a> Search<'a> {
                     self.strike(now, "the robot did not get there");
                 } else if !self.is_still_clear(follow) {
                     self.activity = "replanning: path blocked";
-                    if follow.time < FRESH {
+                    let here = self.sim.state().base;
+                    let stands = self
+                        .blocked_at
+                        .replace(here)
+                        .is_some_and(|p| (p[0] - here[0]).hypot(p[1] - here[1]) < STANDS);
+                    if follow.time < FRESH || stands {
                         self.strike(now, "the way is blocked where it begins");
                     } else {
                         self.rest();
@@ -426,9 +436,7 @@ impl<'a> Search<'a> {
         let Some(target) = &follow.target else {
             return false;
         };
-        let left = self
-            .targets
-            .gain_at(follow.path.end().0, &target.choice.camera);
+        let left = self.targets.gain_at(follow.path.end().0, &follow.camera);
         left >= self.settings.decision.keep_share * target.expected
             && left >= self.targets.threshold().min(target.expected)
     }

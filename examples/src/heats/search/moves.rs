@@ -4,7 +4,8 @@ use super::*;
 
 impl Search<'_> {
     /// Turns once on the spot with the camera down, so that the floor around the start is known (G item 9); where the base cannot
-    /// turn, the shoulder does.
+    /// turn, the shoulder does. Without a LiDAR the arm knows nothing beside it, so the camera first turns level, where it is,
+    /// and is lowered for the way back.
     pub(super) fn look_around(&mut self, now: f64) {
         let state = *self.sim.state();
         let whole = self.whole();
@@ -29,30 +30,35 @@ impl Search<'_> {
             base: Vec::new(),
             joints: Vec::new(),
         };
+        let level_first = self.settings.sensors == Sensors::Camera;
+        let passes: &[bool] = if level_first { &[false, true] } else { &[true] };
         let reach = if turns { steps } else { 3 * steps };
-        for i in 0..=reach {
-            let lower = (i as f64 * STEP / 2.5).min(1.0);
-            let lower = lower * lower * (3.0 - 2.0 * lower);
-            let mut joints: Joints = std::array::from_fn(|j| {
-                state.joints[j] + lower * (self.camera_down[j] - state.joints[j])
-            });
-            let mut base = state.base;
-            if turns {
-                base[2] += std::f64::consts::TAU * ease(i);
-            } else {
-                // Shoulder: a third of the time each to one side, to the other, and back.
-                let third = i / steps;
-                let part = ease(i - third * steps);
-                let side = std::f64::consts::PI * 0.8;
-                joints[0] += match third {
-                    0 => side * part,
-                    1 => side * (1.0 - 2.0 * part),
-                    2 => -side * (1.0 - part),
-                    _ => 0.0,
-                };
+        for (pass, &lowers) in passes.iter().enumerate() {
+            for i in 0..=reach {
+                let lower = (i as f64 * STEP / 2.5).min(f64::from(u8::from(lowers)));
+                let lower = lower * lower * (3.0 - 2.0 * lower);
+                let mut joints: Joints = std::array::from_fn(|j| {
+                    state.joints[j] + lower * (self.camera_down[j] - state.joints[j])
+                });
+                let mut base = state.base;
+                if turns {
+                    let part = if pass == 0 { ease(i) } else { 1.0 - ease(i) };
+                    base[2] += std::f64::consts::TAU * part;
+                } else {
+                    // Shoulder: a third of the time each to one side, to the other, and back.
+                    let third = i / steps;
+                    let part = ease(i - third * steps);
+                    let side = std::f64::consts::PI * 0.8;
+                    joints[0] += match third {
+                        0 => side * part,
+                        1 => side * (1.0 - 2.0 * part),
+                        2 => -side * (1.0 - part),
+                        _ => 0.0,
+                    };
+                }
+                path.base.push(base);
+                path.joints.push(joints);
             }
-            path.base.push(base);
-            path.joints.push(joints);
         }
         let (base, joints) = path.end();
         let camera = camera_at(&self.robot, base, &joints);

@@ -90,7 +90,7 @@ impl<'a> Search<'a> {
             &pace,
             &postures,
             mapper.map.cell_size(),
-            (mapper.inspect_range, mapper.target_ball),
+            mapper.inspect_range,
             height,
         )
         .map_err(|e| planner(&e))?;
@@ -160,6 +160,7 @@ impl<'a> Search<'a> {
             motion: Motion::Rest,
             pending: None,
             next_decision: 0.0,
+            blocked_at: None,
             arrived: None,
             rgb,
             looked_around: false,
