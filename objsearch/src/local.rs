@@ -214,10 +214,12 @@ impl<'a> Search<'a> {
             }
             let removal = self.moves.best_removal(self.task);
             let mut improved = self.adopt(&mut at, removal, &mut steps);
+            budget.spend(steps);
+            steps = 0;
             let mut expected = at.expected;
             if self
                 .order
-                .improve(self.task, &mut at.sequence, &mut expected, &mut steps)
+                .improve(self.task, &mut at.sequence, &mut expected, budget)
             {
                 at.expected = expected;
                 self.changes += 1;

@@ -1,9 +1,13 @@
 //! Better orders of the views of a sequence: exact in a sliding window, and reversals and block moves beyond it.
 
+use crate::budget::Budget;
 use crate::task::Task;
 
 /// Views of a window that is ordered exactly.
 pub(crate) const WINDOW: usize = 8;
+
+/// Views of a span that is turned as a whole; the number of spans grows with it, and each is evaluated for itself.
+const LONGEST: usize = 24;
 
 /// Workspace of [`improve`](Order::improve).
 #[derive(Clone, Debug, Default)]
@@ -19,54 +23,61 @@ pub(crate) struct Order {
 }
 
 impl Order {
-    /// Reorders `sequence` to a smaller expected time, in place; returns whether it did. `expected` is its value and is
-    /// kept up to date.
+    /// Reorders `sequence` to a smaller expected time, in place, until nothing helps or the budget is used up; returns
+    /// whether it did. `expected` is its value and is kept up to date.
     pub(crate) fn improve(
         &mut self,
         task: &Task,
         sequence: &mut Vec<usize>,
         expected: &mut f64,
-        steps: &mut usize,
+        budget: &mut Budget,
     ) -> bool {
         let mut improved = false;
         if task.single_look() {
             for from in 0..=sequence.len().saturating_sub(WINDOW) {
+                if budget.is_over() {
+                    return improved;
+                }
                 // A better order may complete earlier, and so be shorter.
                 let to = (from + WINDOW).min(sequence.len()).max(from);
-                if let Some(order) = self.window(task, sequence, from, to, steps) {
+                let mut steps = 0;
+                let order = self.window(task, sequence, from, to, &mut steps);
+                budget.spend(steps);
+                if let Some(order) = order {
                     let mut changed = sequence.clone();
                     changed[from..to].copy_from_slice(&order);
-                    improved |= replace(task, sequence, expected, &changed, steps);
+                    improved |= replace(task, sequence, expected, &changed, budget);
                 }
             }
         }
         // Shorter spans are part of a window.
         let least = if task.single_look() { WINDOW + 1 } else { 2 };
-        'again: loop {
-            let k = sequence.len();
-            for i in 0..k {
-                for j in i + least..=k {
-                    let mut changed = sequence.clone();
-                    changed[i..j].reverse();
-                    let mut better = replace(task, sequence, expected, &changed, steps);
-                    // Blocks of two and three (or one, where no window did it) from one end of the span to the other.
-                    for block in 1..=3.min(j - i - 1) {
-                        for turn in [block, j - i - block] {
-                            if !better {
-                                changed.copy_from_slice(sequence);
-                                changed[i..j].rotate_left(turn);
-                                better = replace(task, sequence, expected, &changed, steps);
-                            }
-                        }
+        let mut changed = Vec::new();
+        // Spans tried since the last change, against all there are.
+        let (mut from, mut vain) = (0, 0);
+        while vain < sequence.len() {
+            let mut better = false;
+            for to in from + least..=sequence.len().min(from + LONGEST) {
+                for turn in turns(to - from) {
+                    if budget.is_over() {
+                        return improved;
                     }
-                    if better {
-                        improved = true;
-                        continue 'again;
+                    if to > sequence.len() {
+                        break; // a change before has made it shorter
                     }
+                    changed.clone_from(sequence);
+                    match turn {
+                        0 => changed[from..to].reverse(),
+                        by => changed[from..to].rotate_left(by),
+                    }
+                    better |= replace(task, sequence, expected, &changed, budget);
                 }
             }
-            return improved;
+            improved |= better;
+            vain = if better { 0 } else { vain + 1 };
+            from = (from + 1) % sequence.len().max(1);
         }
+        improved
     }
 
     /// The best order of positions `from..to` by dynamic programming over subsets, the others staying; `None` if it is the
@@ -204,18 +215,21 @@ impl Order {
     }
 }
 
+/// What is tried on a span of so many views: 0 its reversal, else its rotation, by which a block of one to three views goes
+/// from one end to the other.
+fn turns(span: usize) -> impl Iterator<Item = usize> {
+    std::iter::once(0).chain((1..=3.min(span - 1)).flat_map(move |block| [block, span - block]))
+}
+
 /// Puts `changed` in the place of `sequence` if its expected time is smaller.
 fn replace(
     task: &Task,
     sequence: &mut Vec<usize>,
     expected: &mut f64,
     changed: &[usize],
-    steps: &mut usize,
+    budget: &mut Budget,
 ) -> bool {
-    *steps += changed
-        .iter()
-        .map(|&v| task.classes(v).len())
-        .sum::<usize>();
+    budget.spend(changed.iter().map(|&v| task.classes(v).len()).sum());
     let value = task.evaluate(changed);
     let better = value.complete && value.expected_time < *expected - 1e-9;
     if better {

@@ -126,39 +126,61 @@ impl TravelModel for Speeds {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TravelTable {
     places: Vec<Place>,
-    /// Path costs between medoids, and which medoid stands for each view.
-    clusters: Clusters,
+    /// Group of each view; none where no path begins.
+    group: Vec<Option<usize>>,
+    groups: usize,
+    /// Path costs between the middles of groups.
     costs: Vec<f64>,
 }
 
 impl TravelTable {
     /// One path search for each view: exact.
     pub fn exact(places: &[Place], paths: &mut impl Paths) -> Self {
-        let all = Clusters {
-            medoids: (0..places.len()).collect(),
-            of: (0..places.len()).collect(),
-        };
-        Self::of(places, all, paths)
+        let middles: Vec<[f64; 2]> = places.iter().map(|p| p.base).collect();
+        let group = (0..places.len()).map(Some).collect();
+        Self::of(places, group, &middles, paths)
     }
 
     /// One path search for each of at most `clusters` groups of close-by views; the path between two groups' middles
     /// stands for all paths between them. FLAP: 50.
+    ///
+    /// Views where no path begins are in no group: as the middle of one they would cut off all of it. Views that can be
+    /// stood at but not reached should be left out beforehand for the same reason.
     pub fn clustered(places: &[Place], clusters: usize, paths: &mut impl Paths) -> Self {
-        let points: Vec<[f64; 2]> = places.iter().map(|p| p.base).collect();
-        Self::of(places, cluster(&points, clusters.max(1)), paths)
+        let mut row = Vec::new();
+        let mut stands = |at: [f64; 2]| {
+            paths.from(at, &[at], &mut row);
+            row.first().is_some_and(|cost| cost.is_finite())
+        };
+        let good: Vec<usize> = (0..places.len())
+            .filter(|&v| stands(places[v].base))
+            .collect();
+        let points: Vec<[f64; 2]> = good.iter().map(|&v| places[v].base).collect();
+        let Clusters { medoids, of } = cluster(&points, clusters.max(1));
+        let middles: Vec<[f64; 2]> = medoids.iter().map(|&m| points[m]).collect();
+        let mut group = vec![None; places.len()];
+        for (&v, &of) in good.iter().zip(&of) {
+            group[v] = Some(of);
+        }
+        Self::of(places, group, &middles, paths)
     }
 
-    fn of(places: &[Place], clusters: Clusters, paths: &mut impl Paths) -> Self {
-        let middles: Vec<[f64; 2]> = clusters.medoids.iter().map(|&m| places[m].base).collect();
+    fn of(
+        places: &[Place],
+        group: Vec<Option<usize>>,
+        middles: &[[f64; 2]],
+        paths: &mut impl Paths,
+    ) -> Self {
         let mut costs = Vec::with_capacity(middles.len() * middles.len());
         let mut row = Vec::new();
-        for &from in &middles {
-            paths.from(from, &middles, &mut row);
+        for &from in middles {
+            paths.from(from, middles, &mut row);
             costs.extend_from_slice(&row);
         }
         Self {
             places: places.to_vec(),
-            clusters,
+            group,
+            groups: middles.len(),
             costs,
         }
     }
@@ -173,13 +195,15 @@ impl TravelTable {
         self.places.is_empty()
     }
 
-    /// Cost of the path between two views' clusters.
+    /// Cost of the path between two views' groups.
     ///
     /// # Panics
     /// If an index is no view.
     pub fn path_cost(&self, from: usize, to: usize) -> f64 {
-        let of = &self.clusters.of;
-        self.costs[of[from] * self.clusters.medoids.len() + of[to]]
+        match (self.group[from], self.group[to]) {
+            (Some(from), Some(to)) => self.costs[from * self.groups + to],
+            _ => f64::INFINITY,
+        }
     }
 
     /// The views' places.

@@ -81,6 +81,8 @@ pub struct FlapResult {
     pub unseen_probability: f64,
     /// Views sampled at the start.
     pub views: usize,
+    /// Those of them that can be reached.
+    pub reachable_views: usize,
     /// Expected time of the first plan, s.
     pub first_plan_time_s: f64,
     /// Lower bound of it where the planner knows one, s.
@@ -142,7 +144,8 @@ impl FlapResult {
             sensing_actions: record.steps.len(),
             probability: record.probability,
             unseen_probability: 0.0,
-            views: site.views.len(),
+            views: site.sampled,
+            reachable_views: site.views.len(),
             first_plan_time_s: 0.0,
             first_plan_bound_s: 0.0,
             first_plan_views: 0,
@@ -252,7 +255,10 @@ pub fn closing_table(result: &FlapResult) -> String {
     );
     row(
         "views",
-        format!("{} in {:.0} ms", result.views, result.wall.views_ms),
+        format!(
+            "{}, {} reachable, in {:.0} ms",
+            result.views, result.reachable_views, result.wall.views_ms
+        ),
     );
     row("travel table", format!("{:.0} ms", result.wall.table_ms));
     row("wall time", format!("{:.1} s", result.wall.total_s));

@@ -208,10 +208,15 @@ impl<'a> FlapWorld<'a> {
             seed,
             self.here.base,
         )?;
-        for view in fresh {
+        let places = fresh
+            .iter()
+            .map(|v| site::place(&self.site.robot, &v.pose))
+            .collect::<Result<Vec<_>, _>>()?;
+        let reached = site::reachable(&self.here, &places, &mut self.paths);
+        for ((view, place), _) in fresh.into_iter().zip(places).zip(reached).filter(|v| v.1) {
             self.views.push(SearchView {
                 pose: view.pose,
-                place: site::place(&self.site.robot, &view.pose)?,
+                place,
                 cells: view.cells.iter().map(|&c| (c, 1.0)).collect(),
                 taken: false,
                 row: None,

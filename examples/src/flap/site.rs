@@ -28,7 +28,10 @@ pub struct Site {
     pub(super) fan: Fan,
     /// Where the robot is at first.
     pub(super) start: Place,
+    /// Views that can be reached from the start.
     pub(super) views: Vec<FanView>,
+    /// Views sampled, reachable or not.
+    pub(super) sampled: usize,
     pub(super) table: TravelTable,
     /// CPU time to sample and evaluate the views, ms.
     pub views_ms: f64,
@@ -91,14 +94,23 @@ impl Site {
             [0.0; 2],
         )?;
         let views_ms = 1e3 * lap.elapsed().as_secs_f64();
+        let sampled = views.len();
         let places: Vec<Place> = views
             .iter()
             .map(|v| place(&robot, &v.pose))
             .collect::<Result<_, _>>()?;
+        let start = start(&plans, &mut paths, &places, settings.seed)?;
+        let reached = reachable(&start, &places, &mut paths);
+        // One that cannot be reached may not stand for a group of those that can.
+        let (views, places): (Vec<FanView>, Vec<Place>) = views
+            .into_iter()
+            .zip(places)
+            .zip(reached)
+            .filter_map(|(view, reached)| reached.then_some(view))
+            .unzip();
         let lap = ThreadTime::now();
         let table = travel_table(&places, settings.clusters, &mut paths);
         let table_ms = 1e3 * lap.elapsed().as_secs_f64();
-        let start = start(&plans, &mut paths, &places, settings.seed)?;
         Ok(Self {
             name: scene.name.clone(),
             world,
@@ -109,6 +121,7 @@ impl Site {
             fan,
             start,
             views,
+            sampled,
             table,
             views_ms,
             table_ms,
@@ -121,7 +134,7 @@ impl Site {
         self.key == key(settings)
     }
 
-    /// Number of views sampled.
+    /// Number of sampled views that can be reached.
     pub fn view_count(&self) -> usize {
         self.views.len()
     }
@@ -239,6 +252,14 @@ fn start(
         }
     }
     Err(FlapError::Plans(super::plans::PlanError::NoStart))
+}
+
+/// Whether there is a way from `here` to each place.
+pub(super) fn reachable(here: &Place, places: &[Place], paths: &mut GridPaths) -> Vec<bool> {
+    let to: Vec<[f64; 2]> = places.iter().map(|p| p.base).collect();
+    let mut costs = Vec::new();
+    paths.from(here.base, &to, &mut costs);
+    costs.iter().map(|cost| cost.is_finite()).collect()
 }
 
 /// The travel model of the settings.
