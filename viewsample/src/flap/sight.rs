@@ -27,6 +27,7 @@ pub struct SightGrid {
     cell_size: f64,
     /// World position of the box's lower corner, m.
     corner: [f64; 3],
+    /// The box and one layer of occupied cells around it, at which rays end without being counted.
     cells: Vec<u8>,
     /// Cells shown by the view under way.
     shown: Vec<u64>,
@@ -51,13 +52,13 @@ impl SightGrid {
         let (low, high) = bounds;
         let size = [0, 1, 2].map(|a| (i64::from(high[a]) - i64::from(low[a])).max(0) as usize);
         let h = map.cell_size();
-        let total = size.iter().product();
+        let total = size.iter().map(|n| n + 2).product();
         let mut grid = Self {
             low,
             size,
             cell_size: h,
             corner: map.center(low).map(|v| v - 0.5 * h),
-            cells: Vec::with_capacity(total),
+            cells: vec![OCCUPIED; total],
             shown: vec![0; usize::div_ceil(total, 64)],
             list: Vec::new(),
             met: Vec::new(),
@@ -74,7 +75,9 @@ impl SightGrid {
                         UNKNOWN
                     };
                     let interest = if of_interest(cell) { OF_INTEREST } else { 0 };
-                    grid.cells.push(state | interest);
+                    if let Some(i) = grid.index(cell) {
+                        grid.cells[i] = state | interest;
+                    }
                 }
             }
         }
@@ -110,12 +113,18 @@ impl SightGrid {
 
     /// Number of cells of the box.
     pub fn len(&self) -> usize {
-        self.cells.len()
+        self.size.iter().product()
     }
 
     /// True if the box holds no cell.
     pub fn is_empty(&self) -> bool {
-        self.cells.is_empty()
+        self.len() == 0
+    }
+
+    /// Indices from a cell to the next along each axis.
+    fn strides(&self) -> [usize; 3] {
+        let [nx, ny, _] = self.size.map(|n| n + 2);
+        [1, nx, nx * ny]
     }
 
     fn index(&self, cell: Cell) -> Option<usize> {
@@ -124,15 +133,16 @@ impl SightGrid {
                 .ok()
                 .filter(|v| *v < self.size[a])
         });
-        Some((z? * self.size[1] + y?) * self.size[0] + x?)
+        let [_, row, layer] = self.strides();
+        Some((z? + 1) * layer + (y? + 1) * row + x? + 1)
     }
 
     /// The cell of an index.
     pub fn cell(&self, index: u32) -> Cell {
         let i = index as usize;
-        let [nx, ny, _] = self.size;
-        let at = [i % nx, i / nx % ny, i / (nx * ny)];
-        [0, 1, 2].map(|a| self.low[a] + at[a] as i32)
+        let [_, row, layer] = self.strides();
+        let at = [i % row, i % layer / row, i / layer];
+        [0, 1, 2].map(|a| self.low[a] + at[a] as i32 - 1)
     }
 
     /// The cells that a fan of rays shows (FLAP sect. 3.1), as ascending indices: every unknown cell of interest that a ray
@@ -163,7 +173,7 @@ impl SightGrid {
 
     fn cast_all<const HAZE: bool>(&mut self, fan: &Fan, pose: &FanPose, haze: Haze) {
         let finite = pose.position.iter().all(|v| v.is_finite());
-        if !finite || !pose.yaw.is_finite() || !pose.pitch.is_finite() || self.cells.is_empty() {
+        if !finite || !pose.yaw.is_finite() || !pose.pitch.is_finite() || self.is_empty() {
             return;
         }
         let from = [0, 1, 2].map(|a| (pose.position[a] - self.corner[a]) / self.cell_size);
@@ -201,14 +211,9 @@ impl SightGrid {
         if enter >= leave {
             return;
         }
-        let mut index = 0isize;
-        let strides = [
-            1,
-            self.size[0] as isize,
-            (self.size[0] * self.size[1]) as isize,
-        ];
+        let strides = self.strides().map(|s| s as isize);
+        let mut index: isize = strides.iter().sum();
         let (mut next, mut delta, mut step) = ([f64::INFINITY; 3], [f64::INFINITY; 3], [0isize; 3]);
-        let mut left = [usize::MAX; 3];
         for a in 0..3 {
             let at = (from[a] + enter * direction[a]).floor();
             let at = at.clamp(0.0, self.size[a] as f64 - 1.0);
@@ -217,26 +222,21 @@ impl SightGrid {
                 delta[a] = 1.0 / direction[a];
                 next[a] = (at + 1.0 - from[a]) * delta[a];
                 step[a] = strides[a];
-                left[a] = self.size[a] - 1 - at as usize;
             } else if direction[a] < 0.0 {
                 delta[a] = -1.0 / direction[a];
                 next[a] = (from[a] - at) * delta[a];
                 step[a] = -strides[a];
-                left[a] = at as usize;
             }
         }
         let (mut entered, mut opacity) = (enter, 0.0);
+        // Which border comes next is as good as random, so it is chosen without a branch: of equal ones the lowest axis.
+        let [mut next_x, mut next_y, mut next_z] = next;
+        let [delta_x, delta_y, delta_z] = delta.map(f64::to_bits);
         loop {
-            let axis = if next[0] <= next[1] {
-                if next[0] <= next[2] { 0 } else { 2 }
-            } else if next[1] <= next[2] {
-                1
-            } else {
-                2
-            };
+            let leave = next_x.min(next_y).min(next_z);
             let state = self.cells[index as usize];
             // A cell that the range cuts is not shown.
-            if state & OCCUPIED != 0 || next[axis] >= range {
+            if state & OCCUPIED != 0 || leave >= range {
                 return;
             }
             if HAZE {
@@ -245,9 +245,9 @@ impl SightGrid {
                 }
                 if state & UNKNOWN != 0 {
                     let kind = usize::from(state & OF_INTEREST != 0);
-                    opacity += density[kind] * (next[axis] - entered);
+                    opacity += density[kind] * (leave - entered);
                 }
-                entered = next[axis];
+                entered = leave;
             } else if state == SHOWN {
                 let (word, bit) = (index as usize / 64, 1u64 << (index as usize % 64));
                 if self.shown[word] & bit == 0 {
@@ -255,12 +255,15 @@ impl SightGrid {
                     self.list.push(index as u32);
                 }
             }
-            if left[axis] == 0 {
-                return;
-            }
-            left[axis] -= 1;
-            next[axis] += delta[axis];
-            index += step[axis];
+            let x = next_x == leave;
+            let y = !x & (next_y == leave);
+            let z = !x & !y;
+            // All ones for the axis that is crossed.
+            let [x, y, z] = [x, y, z].map(|crossed| u64::from(crossed).wrapping_neg());
+            next_x += f64::from_bits(delta_x & x);
+            next_y += f64::from_bits(delta_y & y);
+            next_z += f64::from_bits(delta_z & z);
+            index += step[0] & x as isize | step[1] & y as isize | step[2] & z as isize;
         }
     }
 }
