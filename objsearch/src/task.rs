@@ -61,6 +61,8 @@ pub struct Task {
     view_from: Vec<u32>,
     view_of: Vec<u32>,
     levels: Vec<f64>,
+    /// The first of each class's levels, by itself.
+    weights: Vec<f64>,
     single_look: bool,
     first: Vec<f64>,
     between: Vec<f64>,
@@ -139,6 +141,7 @@ impl Task {
             view_from: vec![0],
             view_of: Vec::new(),
             levels: Vec::new(),
+            weights: Vec::new(),
             single_look: goal.detection >= 1.0,
             first,
             between,
@@ -184,6 +187,7 @@ impl Task {
         let mut lists = vec![Vec::new(); views.len()];
         for (class, &(by, weight, sum)) in classes.iter().enumerate() {
             let mut before = f64::INFINITY;
+            let start = self.levels.len();
             for (look, &v) in by.iter().enumerate() {
                 lists[v as usize].push(class as u32);
                 self.view_of.push(v);
@@ -196,6 +200,7 @@ impl Task {
                 before = level.clamp(0.0, before);
                 self.levels.push(before);
             }
+            self.weights.push(self.levels[start]);
             self.view_from.push(self.view_of.len() as u32);
         }
         self.class_from.push(0);
@@ -281,7 +286,7 @@ impl Task {
     /// Weight of the first look at a class.
     #[inline]
     pub(crate) fn weight(&self, class: u32) -> f64 {
-        self.levels[self.view_from[class as usize] as usize]
+        self.weights[class as usize]
     }
 
     /// Number of view-class pairs.
@@ -304,7 +309,9 @@ impl Task {
             let mut gain = 0.0;
             for &class in self.classes(v) {
                 let look = &mut looks[class as usize];
-                if *look == 0 || !self.single_look {
+                if *look == 0 {
+                    gain += self.weight(class);
+                } else if !self.single_look {
                     gain += self.levels(class)[*look as usize];
                 }
                 *look += 1;
