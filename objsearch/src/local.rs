@@ -12,7 +12,7 @@ use crate::rng::Rng;
 use crate::task::Task;
 
 /// Steps of [`Budget`] that take about 0.1 s of one core of 2020's.
-pub const STEPS_PER_TENTH_SECOND: u64 = 20_000_000;
+pub const STEPS_PER_TENTH_SECOND: u64 = 32_000_000;
 
 /// Parameters of [`local`].
 #[derive(Clone, Debug, PartialEq)]

@@ -28,6 +28,8 @@ pub(crate) struct Moves {
     place: Vec<u16>,
     /// First and second position that cover each class.
     covers: Vec<[u16; 2]>,
+    /// The same as an index of `shift`, which has a row for each first position and a column for each second one.
+    pairs: Vec<u32>,
     /// All positions per class in order, kept only where looks may miss.
     every: Vec<Vec<u16>>,
     /// Weight that each position adds, and what it adds more with position r out: rows r, columns position.
@@ -77,6 +79,12 @@ impl Moves {
                 }
                 steps += task.classes(v).len();
             }
+            let (k, columns) = (k as u16, k as u32 + 1);
+            self.pairs.clear();
+            self.pairs.extend(self.covers.iter().map(|cover| {
+                let [first, second] = cover.map(|p| u32::from(p.min(k)));
+                first * columns + second
+            }));
         } else {
             self.every.iter_mut().for_each(Vec::clear);
             self.every.resize(task.class_count(), Vec::new());
@@ -204,18 +212,13 @@ impl Moves {
     fn scan(&mut self, task: &Task, v: usize) -> usize {
         let k = self.sequence.len();
         reset(&mut self.base, k + 1);
-        reset(&mut self.shift, k * (k + 1));
+        reset(&mut self.shift, (k + 1) * (k + 1));
         if task.single_look() {
             for &class in task.classes(v) {
-                let [first, second] = self.covers[class as usize];
-                let weight = task.weight(class);
-                if first == NONE {
-                    self.base[k] += weight;
-                } else {
-                    let (first, second) = (usize::from(first), usize::from(second).min(k));
-                    self.base[first] += weight;
-                    self.shift[first * (k + 1) + second] += weight;
-                }
+                self.shift[self.pairs[class as usize] as usize] += task.weight(class);
+            }
+            for (base, shifts) in self.base.iter_mut().zip(self.shift.chunks(k + 1)) {
+                *base = shifts.iter().sum();
             }
             return task.classes(v).len();
         }

@@ -239,13 +239,13 @@ impl<'a> FlapWorld<'a> {
         Ok(())
     }
 
-    /// The planning problem over these views, with cells thinned by the chance that a view shows them or not.
+    /// The planning problem over these views, with their cells thinned by the chance to be shown, or not.
     fn task(&self, views: &[usize], costs: &impl CostModel, thin: bool) -> Result<Task, FlapError> {
         let shown: Vec<View> = views
             .iter()
             .map(|&v| {
                 let cells = self.views[v].cells.iter();
-                let kept = cells.filter(|&&(c, chance)| !thin || coin(v, c) < chance);
+                let kept = cells.filter(|&&(c, chance)| !thin || coin(c) < chance);
                 View::new(kept.filter_map(|(c, _)| self.space.number.get(c).copied()))
             })
             .collect();
@@ -257,12 +257,13 @@ impl<'a> FlapWorld<'a> {
     }
 }
 
-/// A number in [0, 1) that belongs to a view and a cell.
+/// A number in [0, 1) that belongs to a cell: a view shows the cell if its chance to do so is above that.
 ///
-/// A view with thousands of cells that keeps each with its chance shows very nearly what is to be expected, and two views
-/// of a cell miss it independently of each other.
-fn coin(view: usize, cell: u32) -> f64 {
-    let mut z = ((view as u64) << 32 | u64::from(cell)).wrapping_add(0x9e37_79b9_7f4a_7c15);
+/// What hides a cell hides it from most sides, so all views share the number: a cell that is hard to see counts only for the
+/// views with the best chance, if for any. With a number for each view and cell, every view would miss most cells, some other
+/// one would show them, and plans would be many times too long.
+fn coin(cell: u32) -> f64 {
+    let mut z = u64::from(cell).wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64

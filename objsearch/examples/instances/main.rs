@@ -1,11 +1,11 @@
 //! Plans object-search instances with every planner: `cargo run --release -p objsearch --example instances -- FILE...`
 //!
-//! Without arguments the instance of this crate's tests. Times are CPU times of this process, which runs one thread.
+//! Without arguments the instance of this crate's tests. Times are CPU times.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
-mod cpu;
 mod instance;
 
+use cpu_time::ThreadTime;
 use instance::Instance;
 use objsearch::{
     BranchParams, Budget, Dominance, LocalParams, Plan, STEPS_PER_TENTH_SECOND, branch_and_bound,
@@ -54,14 +54,14 @@ fn compare(instance: &Instance, limit: f64) -> Option<f64> {
     };
     let cut = Budget::unlimited;
     let seconds = |s: f64| {
-        let end = cpu::seconds() + s;
-        Budget::unlimited().until(move || cpu::seconds() >= end)
+        let start = ThreadTime::now();
+        Budget::unlimited().until(move || start.elapsed().as_secs_f64() >= s)
     };
     let mut best_found = Vec::new();
     let mut show = |name: &str, reference: Option<f64>, run: &mut dyn FnMut() -> Plan| {
-        let from = cpu::seconds();
+        let start = ThreadTime::now();
         let plan = run();
-        let ms = 1e3 * (cpu::seconds() - from);
+        let ms = 1e3 * start.elapsed().as_secs_f64();
         let ratio = |to: Option<f64>| {
             to.map_or(String::from("-"), |t| {
                 format!("{:.4}", plan.expected_time / t)
