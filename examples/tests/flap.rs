@@ -51,6 +51,19 @@ fn the_race_world_is_searched_to_the_end_and_the_same_way_twice() {
     let greedy = settings(PlannerKind::Greedy);
     assert!(site.serves(&greedy));
     let plain = run_at(&site, &greedy, &never(), &mut |_| ()).unwrap();
+    assert!(result.reachable_views < result.views);
+    // With groups of views as published, no view is cut off from the others either.
+    let grouped = FlapSettings {
+        clusters: 20,
+        offline: true,
+        ..greedy.clone()
+    };
+    assert!(!site.serves(&grouped));
+    let offline = run(&scene, &grouped, &never(), &mut |_| ()).unwrap().result;
+    assert_eq!(offline.ended, "complete");
+    assert_eq!(offline.sensing_actions, offline.first_plan_views);
+    // The first plan shows all but the threshold of what can be seen.
+    assert!(1.0 - offline.probability < (1.0 - plain.result.probability) / 0.95 + 1e-9);
     assert!(result.first_plan_time_s <= plain.result.first_plan_time_s + 1e-9);
     assert!(result.first_plan_bound_s <= result.first_plan_time_s);
     let other = FlapSettings {

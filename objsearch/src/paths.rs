@@ -26,12 +26,17 @@ pub struct GridPaths {
     height: usize,
     origin: [f64; 2],
     cell_size: f64,
-    /// Cost of each cell, 0 where nothing may pass.
+    /// Cost of each cell, 0 where nothing may pass; with a border of such cells around the grid.
     cells: Vec<u16>,
     distance: Vec<u32>,
+    /// Cells whose distance is asked for.
+    wanted: Vec<bool>,
     /// Cells by cost modulo the number of buckets.
     buckets: Vec<Vec<u32>>,
 }
+
+/// Buckets of the queue: more than the dearest cell costs, and a power of two.
+const BUCKETS: usize = 256;
 
 /// Cost-map value from which a cell may not be passed (ROS: inscribed or lethal).
 const BLOCKED: u8 = 253;
@@ -49,13 +54,19 @@ impl GridPaths {
         origin: [f64; 2],
         cell_size: f64,
     ) -> Result<Self, Error> {
-        if values.len() != width * height {
+        if width.checked_mul(height) != Some(values.len()) {
             return Err(Error::TableSize {
                 what: "cost map",
                 found: values.len(),
-                wanted: width * height,
+                wanted: width.saturating_mul(height),
             });
         }
+        // Without cells one side may still be of any length.
+        let (width, height) = if values.is_empty() {
+            (0, 0)
+        } else {
+            (width, height)
+        };
         if !(cell_size > 0.0 && cell_size.is_finite()) {
             return Err(Error::Param {
                 field: "cell_size",
@@ -63,25 +74,25 @@ impl GridPaths {
                 wanted: "positive and finite",
             });
         }
-        let cells: Vec<u16> = values
-            .iter()
-            .map(|&v| {
-                if v >= BLOCKED {
-                    0
-                } else {
-                    50 + u16::from(v) * 4 / 5
+        let columns = width + 2;
+        let mut cells = vec![0u16; columns * (height + 2)];
+        for (row, line) in values.chunks(width.max(1)).enumerate() {
+            let from = (row + 1) * columns + 1;
+            for (cell, &v) in cells[from..].iter_mut().zip(line) {
+                if v < BLOCKED {
+                    *cell = 50 + u16::from(v) * 4 / 5;
                 }
-            })
-            .collect();
-        let dearest = cells.iter().copied().max().unwrap_or(0);
+            }
+        }
         Ok(Self {
             width,
             height,
             origin,
             cell_size,
             distance: vec![u32::MAX; cells.len()],
+            wanted: vec![false; cells.len()],
             cells,
-            buckets: vec![Vec::new(); usize::from(dearest) + 1],
+            buckets: vec![Vec::new(); BUCKETS],
         })
     }
 
@@ -99,7 +110,7 @@ impl GridPaths {
         scale: f64,
     ) -> Result<Self, Error> {
         let mut values = vec![0u8; blocked.len()];
-        if blocked.len() != width * height {
+        if width.checked_mul(height) != Some(blocked.len()) {
             return Self::new(&values, (width, height), origin, cell_size); // says what is wrong
         }
         let reach = if cell_size > 0.0 {
@@ -138,7 +149,7 @@ impl GridPaths {
         if !(x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64) {
             return None;
         }
-        let i = y as usize * self.width + x as usize;
+        let i = (y as usize + 1) * (self.width + 2) + x as usize + 1;
         (self.cells[i] != 0).then_some(i)
     }
 
@@ -150,39 +161,41 @@ impl GridPaths {
     /// Distances from one cell to all, or until all of `wanted` are final.
     fn spread(&mut self, from: usize, wanted: &[usize]) {
         self.distance.fill(u32::MAX);
-        let count = self.buckets.len();
-        let mut missing: std::collections::BTreeSet<usize> = wanted.iter().copied().collect();
+        let mut missing = 0;
+        for &cell in wanted {
+            missing += usize::from(!std::mem::replace(&mut self.wanted[cell], true));
+        }
+        let columns = self.width + 2;
         let start = u32::from(self.cells[from]);
         self.distance[from] = start;
-        self.buckets[start as usize % count].push(from as u32);
+        self.buckets[start as usize % BUCKETS].push(from as u32);
         let (mut here, mut queued) = (start, 1usize);
-        while queued > 0 && !missing.is_empty() {
-            let slot = here as usize % count;
+        while queued > 0 && missing > 0 {
+            let slot = here as usize % BUCKETS;
             while let Some(cell) = self.buckets[slot].pop() {
                 queued -= 1;
                 let cell = cell as usize;
                 if self.distance[cell] != here {
                     continue; // reached cheaper since
                 }
-                missing.remove(&cell);
-                let x = cell % self.width;
-                let steps = [
-                    (x > 0, cell.wrapping_sub(1)),
-                    (x + 1 < self.width, cell + 1),
-                    (cell >= self.width, cell.wrapping_sub(self.width)),
-                    (cell + self.width < self.cells.len(), cell + self.width),
-                ];
-                for (_, to) in steps.into_iter().filter(|s| s.0) {
+                if self.wanted[cell] {
+                    self.wanted[cell] = false;
+                    missing -= 1;
+                }
+                for to in [cell - 1, cell + 1, cell - columns, cell + columns] {
                     let cost = self.cells[to];
                     let then = here + u32::from(cost);
                     if cost != 0 && then < self.distance[to] {
                         self.distance[to] = then;
-                        self.buckets[then as usize % count].push(to as u32);
+                        self.buckets[then as usize % BUCKETS].push(to as u32);
                         queued += 1;
                     }
                 }
             }
             here += 1;
+        }
+        for &cell in wanted {
+            self.wanted[cell] = false;
         }
         self.buckets.iter_mut().for_each(Vec::clear);
     }

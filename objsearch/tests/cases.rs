@@ -359,6 +359,56 @@ fn cost_maps_of_the_wrong_size_are_refused() {
     ));
     assert!(GridPaths::inflated(&[false; 6], (2, 3), [0.0; 2], f64::NAN, 0.5, 10.0).is_err());
     assert!(GridPaths::inflated(&[true; 5], (2, 3), [0.0; 2], 0.05, 0.5, 10.0).is_err());
+    assert!(GridPaths::new(&[0; 6], (usize::MAX, 3), [0.0; 2], 0.05).is_err());
+    let mut empty = GridPaths::new(&[], (usize::MAX, 0), [0.0; 2], 0.05).unwrap();
+    let mut costs = Vec::new();
+    empty.from([0.0; 2], &[[0.0; 2]], &mut costs);
+    assert_eq!(costs, [f64::INFINITY]);
+}
+
+#[test]
+fn places_without_a_path_cut_no_group_off() {
+    // A corridor of seven cells beside a wall; the view that would stand for all has its base in the wall.
+    let blocked: Vec<bool> = (0..14).map(|i| i >= 7).collect();
+    let mut paths = GridPaths::inflated(&blocked, (7, 2), [0.0; 2], 1.0, 0.0, 10.0).unwrap();
+    let places = [[0.5, 0.5], [3.5, 1.5], [6.5, 0.5], [5.5, 0.5]].map(|base| Place {
+        base,
+        ..Place::default()
+    });
+    for clusters in 1..5 {
+        let table = TravelTable::clustered(&places, clusters, &mut paths);
+        for (a, b) in [(0, 2), (2, 3), (3, 0), (2, 2)] {
+            assert!(table.path_cost(a, b).is_finite(), "{clusters}: {a} {b}");
+        }
+        for v in 0..4 {
+            assert_eq!(table.path_cost(1, v), f64::INFINITY);
+            assert_eq!(table.path_cost(v, 1), f64::INFINITY);
+        }
+    }
+}
+
+#[test]
+fn plans_of_many_views_keep_to_the_budget() {
+    let n = 90;
+    let at = |v: usize| (v * 37 % n) as f64;
+    let first = (0..n).map(|v| 5.0 + at(v)).collect();
+    let between = (0..n * n)
+        .map(|i| 5.0 + (at(i / n) - at(i % n)).abs())
+        .collect();
+    let task = singles(n, &Times::new(first, between).unwrap()).unwrap();
+    let plain = greedy(&task);
+    assert!(plain.sequence.len() > 64);
+    for steps in [0, 50_000, 1_000_000] {
+        let mut budget = Budget::steps(steps);
+        let found = local(&task, &LocalParams::default(), &[], &mut budget);
+        assert!(found.complete && found.expected_time <= plain.expected_time + 1e-9);
+        // One more window or neighbourhood at most, beyond the greedy start.
+        assert!(
+            budget.spent() < steps + 50_000,
+            "{steps}: {}",
+            budget.spent()
+        );
+    }
 }
 
 #[test]

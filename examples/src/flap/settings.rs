@@ -71,7 +71,7 @@ pub struct FlapSettings {
     pub samples: usize,
     /// Views sampled at the robot's place besides.
     pub local_samples: usize,
-    /// Groups of close-by views for path searches; 0 for one path search a view.
+    /// Groups of close-by views for path searches (published: 50); 0 for one path search a view.
     pub clusters: usize,
     /// How travel times are computed.
     pub travel: TravelKind,
@@ -106,7 +106,7 @@ impl Default for FlapSettings {
             views: ViewsKind::Fixed,
             samples: 200,
             local_samples: 0,
-            clusters: 50,
+            clusters: 0,
             travel: TravelKind::Flap,
             threshold: 0.05,
             detection: 1.0,
