@@ -57,6 +57,23 @@ fn unknown_scenes_are_refused_by_name() {
 }
 
 #[test]
+fn wrong_searches_of_flap_and_wrong_suites_are_refused_by_name() {
+    refused(
+        &["flap", "--scene", "closet"],
+        &["closet", "target_volumes"],
+    );
+    refused(&["flap", "--planner", "magic"], &["magic"]);
+    refused(&["flap", "--set", "threshold=1"], &["threshold", "below 1"]);
+    refused(&["flap", "--set", "budget_ms=-1"], &["budget_ms", "-1"]);
+    refused(
+        &["flap", "--set", "haze=nan"],
+        &["haze", "NaN", "zero or more"],
+    );
+    refused(&["bench", "--suite", "figure7"], &["figure7"]);
+    refused(&["bench", "--shard", "3/2"], &["3/2"]);
+}
+
+#[test]
 fn unknown_flags_exit_with_two() {
     assert_eq!(seekplan(&["heats", "--fast"]).status.code(), Some(2));
 }

@@ -97,6 +97,24 @@ proptest! {
         prop_assert_eq!(sight.view(&fan, &pose), anew.view(&fan, &pose));
     }
 
+    /// A cell that no ray comes near changes nothing, whatever it becomes.
+    #[test]
+    fn cells_beside_the_fan_change_no_view(grid in grids(), pose in poses(), changes in prop::collection::vec((0..12i32, 0..10i32, 0..8i32), 1..40)) {
+        let fan = Fan::new(0.8, [0.9, 0.7], 0.09).unwrap();
+        let mut sight = SightGrid::new(&grid, grid.bounds(), |_| true);
+        let before = sight.view(&fan, &pose).to_vec();
+        for (x, y, z) in changes {
+            let cell = [x, y, z];
+            if !fan.may_meet(&pose, grid.center(cell), 0.0867) {
+                sight.set(cell, if grid.is_occupied(cell) { CellState::Unknown } else { CellState::Occupied });
+            }
+        }
+        prop_assert_eq!(sight.view(&fan, &pose), &before[..]);
+        // Every cell shown is met.
+        let inside = |i: &u32| fan.may_meet(&pose, grid.center(sight.cell(*i)), 0.0867);
+        prop_assert!(before.iter().all(inside));
+    }
+
     /// Only unknown cells of interest are shown, and more obstacles never show more.
     #[test]
     fn obstacles_only_hide(grid in grids(), pose in poses(), wall in 0..12i32) {

@@ -4,7 +4,7 @@ use super::plans::PlanError;
 use super::record::{FlapResult, StepRecord};
 use super::settings::{FlapSettings, PlannerKind, SettingsError, ViewsKind};
 use super::site::{self, Site, Travel};
-use super::space::{self, CELL, RANGE, Seen, Space};
+use super::space::{self, CELL, Seen, Space};
 use crate::clock::Lap;
 use crate::scene::Scene;
 use crate::sim::DepthCamera;
@@ -168,14 +168,15 @@ impl<'a> FlapWorld<'a> {
         } else {
             &seen.blocked
         };
-        let reach = (RANGE.1 + CELL).powi(2);
+        // Half the diagonal of a cell.
+        let radius = 0.87 * CELL;
         for view in 0..self.views.len() {
             if self.views[view].taken {
                 continue;
             }
-            let p = self.views[view].pose.position;
-            let near = |c: &[f64; 3]| (0..3).map(|a| (c[a] - p[a]).powi(2)).sum::<f64>() < reach;
-            if changed.iter().any(near) {
+            let pose = self.views[view].pose;
+            let fan = &self.site.fan;
+            if changed.iter().any(|c| fan.may_meet(&pose, *c, radius)) {
                 self.evaluate(view);
             } else {
                 let sight = &self.space.sight;

@@ -17,6 +17,8 @@ pub struct FanPose {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fan {
     range: f64,
+    /// Half the field of view, rad.
+    half: [f64; 2],
     /// Directions in the camera's frame: x ahead, y left, z up.
     directions: Vec<[f64; 3]>,
 }
@@ -46,7 +48,11 @@ impl Fan {
                 directions.push([level * ahead, level * left, up]);
             }
         }
-        Ok(Self { range, directions })
+        Ok(Self {
+            range,
+            half: fov.map(|f| 0.5 * f),
+            directions,
+        })
     }
 
     /// FLAP's fan for cells of `cell_size` (m): steps of a cell at the end of the range. The camera of its experiments
@@ -66,6 +72,35 @@ impl Fan {
     /// Length of the rays, m.
     pub fn range(&self) -> f64 {
         self.range
+    }
+
+    /// False if no ray at a pose comes within `radius` (m) of a point: what changes there does not change the view.
+    pub fn may_meet(&self, pose: &FanPose, point: [f64; 3], radius: f64) -> bool {
+        let d = [0, 1, 2].map(|a| point[a] - pose.position[a]);
+        let r = d.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if r > self.range + radius {
+            return false;
+        }
+        if r <= radius {
+            return true;
+        }
+        let ((sy, cy), (sp, cp)) = (pose.yaw.sin_cos(), pose.pitch.sin_cos());
+        let level = cy * d[0] + sy * d[1];
+        let [ahead, left, up] = [
+            cp * level + sp * d[2],
+            cy * d[1] - sy * d[0],
+            cp * d[2] - sp * level,
+        ];
+        // The ball fills directions of up to this angle from its middle; a millionth forgives rounding.
+        let sine = (radius / r).min(1.0);
+        let elevation = (up / r).clamp(-1.0, 1.0).asin();
+        if elevation.abs() > self.half[1] + sine.asin() + 1e-6 {
+            return false;
+        }
+        let cosine = elevation.cos();
+        // Rays tilted beyond the vertical point the other way.
+        let all_around = sine >= cosine || self.half[1] > std::f64::consts::FRAC_PI_2;
+        all_around || left.atan2(ahead).abs() <= self.half[0] + (sine / cosine).asin() + 1e-6
     }
 
     /// Unit directions of the rays in the world.
