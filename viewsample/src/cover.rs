@@ -135,9 +135,33 @@ impl<S: Clone> Sampler<S> {
         views: &[Viewpoint<S>],
         least: f64,
     ) -> Result<(Vec<(usize, Gain)>, Effort), Error> {
+        self.cover_after(&[], views, least)
+    }
+
+    /// [`cover`](Self::cover) when the given base and camera poses will have been taken before any of the views: what they show
+    /// adds nothing.
+    ///
+    /// # Errors
+    /// If a pose is not finite.
+    pub fn cover_after(
+        &self,
+        before: &[([f64; 3], Pose)],
+        views: &[Viewpoint<S>],
+        least: f64,
+    ) -> Result<(Vec<(usize, Gain)>, Effort), Error> {
         let mut effort = Effort::default();
         let mut sights: Vec<Option<Sight>> = vec![None; views.len()];
         let mut covered: Vec<(u64, u64)> = Vec::new();
+        for (base, camera) in before {
+            effort.camera_views += 1;
+            self.look(*base, camera, |word, [l, e, i]| {
+                if covered.len() <= word {
+                    covered.resize(word + 1, (0, 0));
+                }
+                covered[word].0 |= l | e;
+                covered[word].1 |= i;
+            })?;
+        }
         let mut queue: BinaryHeap<Waiting> = (0..views.len())
             .map(|index| Waiting {
                 info: f64::INFINITY,

@@ -258,6 +258,10 @@ proptest! {
         for n in 0..views.len() {
             prop_assert!(worth(&covered, &sight(n)) < least + 1e-9);
         }
+        // What is looked at before adds nothing: after the chosen views nothing is left to choose.
+        let before: Vec<_> = chosen.iter().map(|(n, _)| (views[*n].base, views[*n].camera)).collect();
+        let (rest, _) = sampler.cover_after(&before, &views, least).unwrap();
+        prop_assert!(rest.is_empty());
     }
 
     /// What a way shows is what its looks show together, each cell once; with a LiDAR only inspection counts.

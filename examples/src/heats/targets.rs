@@ -3,6 +3,7 @@
 use super::body::{Joints, Whole};
 use super::decision::{Stand, Ways, decide};
 use super::failures::Failures;
+use super::glance::Look;
 use super::mapping::TARGET;
 use super::pace::Pace;
 use super::settings::{Sensors, Settings};
@@ -388,7 +389,7 @@ impl Targets {
     }
 
     /// Chooses the next viewpoint (sect. IV-B and IV-C).
-    /// `robot` is where it is, `rest` where it would come to rest.
+    /// `robot` is where it is, or will be when it has taken the looks `before`; `rest` where it would come to rest.
     ///
     /// # Errors
     /// The crates' own messages.
@@ -397,7 +398,7 @@ impl Targets {
         whole: &Whole<'_>,
         failures: &mut Failures,
         robot: ([f64; 3], Joints),
-        rest: [f64; 2],
+        (rest, before): ([f64; 2], &[Look]),
         now: f64,
         watch: &mut Stopwatch,
     ) -> Result<Outcome, String> {
@@ -434,18 +435,19 @@ impl Targets {
                     whole,
                     &costs,
                     &robot,
-                    (rest, rate),
+                    (rest, rate, before),
                     views.clone(),
                     &mut effort,
                 )
             });
             let covered = covered?;
-            if !covered.is_empty() {
+            if !covered.is_empty() || !before.is_empty() {
                 views = covered;
             }
         }
         if views.is_empty() {
-            if failures.lift(now) {
+            // What is left here is not known before the looks are taken.
+            if !before.is_empty() || failures.lift(now) {
                 return Ok(Outcome::Wait);
             }
             // The last try: each cluster once, with relaxed limits.
@@ -533,7 +535,7 @@ impl Targets {
         whole: &Whole<'_>,
         costs: &Costs<'_>,
         robot: &([f64; 3], Joints),
-        (here, rate): ([f64; 2], f64),
+        (here, rate, before): ([f64; 2], f64, &[Look]),
         views: Vec<Viewpoint<Joints>>,
         effort: &mut viewsample::Effort,
     ) -> Result<Vec<Viewpoint<Joints>>, String> {
@@ -552,7 +554,7 @@ impl Targets {
         near.extend(turns);
         let (chosen, spent) = self
             .sampler
-            .cover(&near, self.threshold())
+            .cover_after(before, &near, self.threshold())
             .map_err(|e| e.to_string())?;
         *effort += spent;
         let most = chosen.first().map_or(0.0, |(_, gain)| gain.info);

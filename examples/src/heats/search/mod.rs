@@ -49,6 +49,10 @@ const STANDS: f64 = 0.1;
 const SLACK: f64 = 0.01;
 /// How long a path's end may be approached beyond its time, s.
 const LATENESS: f64 = 3.0;
+/// How long before the end of a path the next one is asked for, s: about as long as planning takes.
+const AHEAD: f64 = 0.7;
+/// Time between the looks that the rest of a path is taken to bring, s.
+const AHEAD_LOOKS: f64 = 0.3;
 /// The reference waits while base (m) or joints (rad) lag further behind.
 const LAG: (f64, f64) = (0.25, 0.5);
 
@@ -99,6 +103,26 @@ struct Follow {
     camera: Pose,
     /// Since when the robot has not moved, and where it was.
     still: (f64, [f64; 3], Joints),
+    /// Whether the next path was asked for before the end of this one.
+    ahead: bool,
+}
+
+/// A path that is still being computed, or planned from the end of the one that is followed.
+struct Pending {
+    /// When it is there.
+    at: f64,
+    /// Whether it begins where the path that is followed ends.
+    ahead: bool,
+    follow: Box<Follow>,
+}
+
+/// What a decision and its path start from.
+#[derive(Clone, Copy)]
+struct Departure {
+    base: [f64; 3],
+    joints: Joints,
+    /// Speed along x, m/s.
+    speed: f64,
 }
 
 struct Target {
@@ -139,8 +163,7 @@ struct Search<'a> {
     account: Account,
     watch: Stopwatch,
     motion: Motion,
-    /// A path that is still being computed, and when it is there.
-    pending: Option<(f64, Box<Follow>)>,
+    pending: Option<Pending>,
     /// Earliest time of the next decision.
     next_decision: f64,
     /// Where the robot was when a path was last found blocked.
@@ -313,16 +336,8 @@ impl<'a> Search<'a> {
 
     /// Decides what to do next where that is due. True when the search is complete.
     fn think(&mut self, now: f64) -> Result<bool, HeatsError> {
-        if let Some((at, _)) = &self.pending {
-            if now + 1e-9 < *at {
-                return Ok(false);
-            }
-            if let Some((at, mut follow)) = self.pending.take() {
-                follow.time = now - at;
-                follow.still.0 = now;
-                self.controller.reset();
-                self.motion = Motion::Follow(follow);
-            }
+        if self.pending.as_ref().is_some_and(|p| !p.ahead) && !self.start_pending(now) {
+            return Ok(false);
         }
         if !self.looked_around {
             self.looked_around = true;
@@ -340,6 +355,13 @@ impl<'a> Search<'a> {
             Motion::Follow(follow) => {
                 if self.has_arrived(follow) {
                     self.arrive(now);
+                    if let Some(pending) = &mut self.pending {
+                        pending.ahead = false;
+                        self.refresh()?;
+                        self.settle(now)?;
+                        self.start_pending(now);
+                        return Ok(false);
+                    }
                 } else if self.is_stuck(follow, now) {
                     self.strike(now, "the robot did not get there");
                 } else if !self.is_still_clear(follow) {
@@ -354,6 +376,11 @@ impl<'a> Search<'a> {
                     } else {
                         self.rest();
                     }
+                } else if self.pending.is_some() {
+                    return Ok(false);
+                } else if follow.time + AHEAD >= follow.path.seconds() && !follow.ahead {
+                    self.decide_ahead(now)?;
+                    return Ok(false);
                 } else if now < self.next_decision {
                     return Ok(false);
                 } else {
@@ -373,7 +400,23 @@ impl<'a> Search<'a> {
         self.decide(now)
     }
 
+    /// Follows the pending path if it is there by now.
+    fn start_pending(&mut self, now: f64) -> bool {
+        if self.pending.as_ref().is_some_and(|p| now + 1e-9 < p.at) {
+            return false;
+        }
+        if let Some(Pending { at, mut follow, .. }) = self.pending.take() {
+            // One that had to wait for the robot begins at its beginning.
+            follow.time = if now - at > 0.2 { 0.0 } else { now - at };
+            follow.still.0 = now;
+            self.controller.reset();
+            self.motion = Motion::Follow(follow);
+        }
+        true
+    }
+
     fn rest(&mut self) {
+        self.pending = None;
         self.motion = Motion::Rest;
         self.controller.halt();
         self.next_decision = 0.0;
@@ -465,19 +508,58 @@ impl<'a> Search<'a> {
         let lap = Lap::start();
         self.next_decision = now + self.settings.decision.period;
         self.mapper.segment(now)?;
-        let outcome = self.choose(now)?;
+        let state = *self.sim.state();
+        let from = Departure {
+            base: state.base,
+            joints: state.joints,
+            speed: if state.v.abs() < 0.02 { 0.0 } else { state.v },
+        };
+        self.refresh()?;
+        self.settle(now)?;
+        let outcome = self.choose(now, &from, &[])?;
         self.decisions += 1;
         match outcome {
             Outcome::Done => Ok(true),
             Outcome::Wait => Ok(false),
             Outcome::Go(choice) => {
-                self.set_out(now, *choice, lap);
+                self.set_out(now, *choice, lap, (from, false));
                 Ok(false)
             }
         }
     }
 
-    /// Brings frontiers and libraries up to date.
+    /// Decides what follows the path under way, shortly before its end: planning then costs no standing.
+    fn decide_ahead(&mut self, now: f64) -> Result<(), HeatsError> {
+        let Motion::Follow(follow) = &mut self.motion else {
+            return Ok(());
+        };
+        follow.ahead = true;
+        let lap = Lap::start();
+        let (base, joints) = follow.path.end();
+        let (first, last) = (follow.time, follow.path.seconds());
+        let steps = ((last - first) / AHEAD_LOOKS).ceil().max(1.0);
+        let before: Vec<glance::Look> = (1..=steps as usize)
+            .map(|k| {
+                let (base, joints) = follow.path.at(first + (last - first) * k as f64 / steps);
+                (base, camera_at(&self.robot, base, &joints))
+            })
+            .collect();
+        let from = Departure {
+            base,
+            joints,
+            speed: 0.0,
+        };
+        self.mapper.segment(now)?;
+        self.refresh()?;
+        let outcome = self.choose(now, &from, &before)?;
+        self.decisions += 1;
+        if let Outcome::Go(choice) = outcome {
+            self.set_out(now, *choice, lap, (from, true));
+        }
+        Ok(())
+    }
+
+    /// Brings frontiers and libraries up to date with the map.
     fn refresh(&mut self) -> Result<(), HeatsError> {
         let whole = whole(&self.robot, &self.mapper, self.settings);
         self.targets
@@ -485,50 +567,58 @@ impl<'a> Search<'a> {
             .map_err(HeatsError::Planner)
     }
 
-    fn choose(&mut self, now: f64) -> Result<Outcome, HeatsError> {
-        let state = *self.sim.state();
+    /// Gives up what a view that was reached still promises: it does not come from there.
+    fn settle(&mut self, now: f64) -> Result<(), HeatsError> {
+        let Some(reached) = self.arrived.take() else {
+            return Ok(());
+        };
+        let base = self.sim.state().base;
+        let (rotation, translation) = *self.sim.camera();
+        let camera = Pose {
+            rotation,
+            translation,
+        };
+        if self.targets.gain_at(base, &camera) < 0.5 * reached.expected {
+            return Ok(());
+        }
+        let cells = self.targets.seen_from(base, &camera);
+        self.failures.give_up(
+            &cells,
+            translation,
+            "in sight of a reached view, but never inspected",
+            now,
+        );
+        let whole = whole(&self.robot, &self.mapper, self.settings);
+        self.targets
+            .drop_given_up(&whole, &self.failures)
+            .map_err(HeatsError::Planner)
+    }
+
+    /// The next view, chosen from where the robot will be after the looks `before`.
+    fn choose(
+        &mut self,
+        now: f64,
+        from: &Departure,
+        before: &[glance::Look],
+    ) -> Result<Outcome, HeatsError> {
         // Where the robot comes to rest when it brakes now.
-        let stop = state.v * state.v.abs() / (2.0 * self.motion_params.base.a);
+        let stop = from.speed * from.speed.abs() / (2.0 * self.motion_params.base.a);
         let rest = [
-            state.base[0] + stop * state.base[2].cos(),
-            state.base[1] + stop * state.base[2].sin(),
+            from.base[0] + stop * from.base[2].cos(),
+            from.base[1] + stop * from.base[2].sin(),
         ];
         let whole = Whole {
             base_clearance: self.settings.motion.base_clearance + VIEW_ROOM,
             ..whole(&self.robot, &self.mapper, self.settings)
         };
-        let (targets, failures, watch) = (&mut self.targets, &mut self.failures, &mut self.watch);
-        targets
-            .update(&whole, failures, watch)
-            .map_err(HeatsError::Planner)?;
-        if let Some(reached) = self.arrived.take() {
-            // What a reached view still promises does not come from there.
-            let (rotation, translation) = *self.sim.camera();
-            let camera = Pose {
-                rotation,
-                translation,
-            };
-            if targets.gain_at(state.base, &camera) >= 0.5 * reached.expected {
-                let cells = targets.seen_from(state.base, &camera);
-                failures.give_up(
-                    &cells,
-                    translation,
-                    "in sight of a reached view, but never inspected",
-                    now,
-                );
-                targets
-                    .drop_given_up(&whole, failures)
-                    .map_err(HeatsError::Planner)?;
-            }
-        }
-        targets
+        self.targets
             .choose(
                 &whole,
-                failures,
-                (state.base, state.joints),
-                rest,
+                &mut self.failures,
+                (from.base, from.joints),
+                (rest, before),
                 now,
-                watch,
+                &mut self.watch,
             )
             .map_err(HeatsError::Planner)
     }

@@ -68,18 +68,25 @@ impl Search<'_> {
             target: None,
             camera,
             still: (now, state.base, state.joints),
+            ahead: true,
         }));
         self.controller.reset();
     }
 
-    /// Plans the way to a chosen view and follows it once planning is done.
-    pub(super) fn set_out(&mut self, now: f64, choice: Choice, lap: Lap) {
+    /// Plans the way to a chosen view, and follows it once planning is done and the path before it is at its end.
+    pub(super) fn set_out(
+        &mut self,
+        now: f64,
+        choice: Choice,
+        lap: Lap,
+        (from, ahead): (Departure, bool),
+    ) {
         self.activity = if choice.relaxed {
             "last tries"
         } else {
             "driving to a view"
         };
-        match self.plan_motion(now, &choice) {
+        match self.plan_motion(now, &choice, &from) {
             Ok((path, camera, operations)) => {
                 let counted = self.targets.counted
                     + 3e-6 * operations.0 as f64
@@ -87,17 +94,23 @@ impl Search<'_> {
                     + 0.01;
                 let ready = self.account.charge(now, counted, lap.seconds());
                 let expected = self.targets.gain_at(path.end().0, &camera).max(1e-9);
-                let state = self.sim.state();
-                self.pending = Some((
-                    ready,
-                    Box::new(Follow {
+                self.pending = Some(Pending {
+                    at: ready,
+                    ahead,
+                    follow: Box::new(Follow {
                         path,
                         time: 0.0,
                         target: Some(Target { choice, expected }),
                         camera,
-                        still: (now, state.base, state.joints),
+                        still: (now, from.base, from.joints),
+                        ahead: false,
                     }),
-                ));
+                });
+            }
+            // The robot may still see more, and will be asked again at the end of its path.
+            Err(_) if ahead => {
+                self.account
+                    .charge(now, self.targets.counted, lap.seconds());
             }
             Err(Failure(reason)) => {
                 self.account
@@ -116,9 +129,8 @@ impl Search<'_> {
         &mut self,
         now: f64,
         choice: &Choice,
+        from: &Departure,
     ) -> Result<(BodyPath, Pose, (usize, usize)), Failure> {
-        let state = *self.sim.state();
-        let speed = if state.v.abs() < 0.02 { 0.0 } else { state.v };
         let goal = BodyState {
             base: choice.base,
             joints: choice.joints,
@@ -136,8 +148,8 @@ impl Search<'_> {
                     planner,
                     &whole,
                     &self.motion_params,
-                    state.base,
-                    speed,
+                    from.base,
+                    from.speed,
                     place,
                     &yaw,
                 )
@@ -154,7 +166,7 @@ impl Search<'_> {
             effort.0 += base.expansions;
             let end = base.poses[base.poses.len() - 1];
             let lap = Lap::start();
-            let arm = compensate(&whole, &goal, end, &state.joints)
+            let arm = compensate(&whole, &goal, end, &from.joints)
                 .ok_or_else(|| {
                     Failure("no free arm posture shows the view from where the base stops".into())
                 })
@@ -163,7 +175,7 @@ impl Search<'_> {
                         &whole,
                         &self.motion_params,
                         &base.poses,
-                        state.joints,
+                        from.joints,
                         joints,
                         seed,
                     )
