@@ -62,8 +62,8 @@ impl Ground {
     }
 }
 
-/// Pixels of a metre.
-const SCALE: f64 = 40.0;
+/// Pixels of a metre: at least, and in small rooms.
+const SCALE: (f64, f64) = (40.0, 120.0);
 const BORDER: f64 = 20.0;
 const LEGEND: f64 = 84.0;
 const LEGEND_WIDTH: f64 = 980.0;
@@ -77,19 +77,22 @@ const REGION_FILLS: [&str; 10] = [
 /// Draws the run: walls and furniture, coverage, regions, base path coloured by time, camera positions of reached
 /// views, and the tags with their time of detection or as missed.
 pub fn draw(ground: &Ground, trace: &Trace, result: &RunResult) -> String {
+    let extent = [0, 1].map(|a| ground.high[a] - ground.low[a]);
     // The legend needs this much even under a small room.
-    let width = ((ground.high[0] - ground.low[0]) * SCALE + 2.0 * BORDER).max(LEGEND_WIDTH);
-    let plan_height = (ground.high[1] - ground.low[1]) * SCALE;
+    let scale = ((LEGEND_WIDTH - 2.0 * BORDER) / extent[0].max(1.6 * extent[1]).max(1e-3))
+        .clamp(SCALE.0, SCALE.1);
+    let width = (extent[0] * scale + 2.0 * BORDER).max(LEGEND_WIDTH);
+    let plan_height = extent[1] * scale;
     let height = plan_height + 2.0 * BORDER + LEGEND;
-    let x = |v: f64| BORDER + (v - ground.low[0]) * SCALE;
-    let y = |v: f64| BORDER + plan_height - (v - ground.low[1]) * SCALE;
+    let x = |v: f64| BORDER + (v - ground.low[0]) * scale;
+    let y = |v: f64| BORDER + plan_height - (v - ground.low[1]) * scale;
     let mut svg = String::new();
     let _ = writeln!(
         svg,
         r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0} {height:.0}" width="{width:.0}" height="{height:.0}" font-family="sans-serif">
 <rect width="100%" height="100%" fill="#ffffff"/>
 <rect x="{BORDER}" y="{BORDER}" width="{:.1}" height="{plan_height:.1}" fill="#9ca3af"/>"##,
-        (ground.high[0] - ground.low[0]) * SCALE
+        extent[0] * scale
     );
     coverage(&mut svg, trace, &x, &y);
     for outline in &ground.outlines {
@@ -147,8 +150,8 @@ fn coverage(svg: &mut String, trace: &Trace, x: &dyn Fn(f64) -> f64, y: &dyn Fn(
                     r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}" fill="{color}" shape-rendering="crispEdges"/>"#,
                     x(left),
                     y(top),
-                    (column - start) as f64 * map.cell_size * SCALE,
-                    map.cell_size * SCALE
+                    x((column - start) as f64 * map.cell_size) - x(0.0),
+                    x(map.cell_size) - x(0.0)
                 );
             }
         }
@@ -262,7 +265,7 @@ fn tags(
 fn legend(svg: &mut String, result: &RunResult, top: f64, width: f64) {
     let _ = writeln!(
         svg,
-        r##"<text x="{BORDER}" y="{:.1}" font-size="18" fill="#111827">{} · {} · {} sensors · seed {}: {} of {} tags, {} after {:.0} s, path {:.0} m, joints {:.0} rad, {} collisions</text>"##,
+        r##"<text x="{BORDER}" y="{:.1}" font-size="16" fill="#111827">{} · {} · {} sensors · seed {}: {} of {} tags, {} after {:.0} s, path {:.0} m, joints {:.0} rad, {} collisions</text>"##,
         top + 14.0,
         result.scene,
         result.planner,
