@@ -232,7 +232,8 @@ impl Library {
         C: CostModel<S> + ?Sized,
     {
         let mut found = None;
-        let reason = self.ranked(context, effort, |entry| {
+        let most = context.params.most_looks.unwrap_or(usize::MAX);
+        let reason = self.ranked(context, most, effort, |entry| {
             found = Some(entry);
             false
         });
@@ -256,7 +257,7 @@ impl Library {
         C: CostModel<S> + ?Sized,
     {
         let mut found: Vec<Entry> = Vec::new();
-        self.ranked(context, effort, |entry| {
+        self.ranked(context, usize::MAX, effort, |entry| {
             let good = found
                 .first()
                 .is_none_or(|best| entry.key >= best.key + share.ln());
@@ -274,11 +275,14 @@ impl Library {
     /// Calls `take` with the feasible candidates whose gain reaches the threshold, by falling
     /// score, until it returns false. Returns why there was none, if there was none.
     ///
+    /// After `most` new looks that reach the threshold, the best of these is taken and that is all.
+    ///
     /// Each candidate waits in a queue under an upper bound of its score; the first in the queue is
     /// either exact, and then the best of the rest, or gets one step more exact and queues again.
     fn ranked<S, R, C>(
         &mut self,
         context: &Context<'_, S, R, C>,
+        most: usize,
         effort: &mut Effort,
         mut take: impl FnMut(Entry) -> bool,
     ) -> NoView
@@ -324,6 +328,7 @@ impl Library {
         }
         let mut queue = BinaryHeap::from(waiting);
         let mut any = false;
+        let (mut best, mut looks): (Option<Entry>, usize) = (None, 0);
         while let Some(entry) = queue.pop() {
             let (b, index) = (entry.index as usize / self.postures, entry.index as usize);
             if !self.body_is_free(context, index, effort) {
@@ -347,7 +352,21 @@ impl Library {
             } else {
                 self.refine(context, index, effort);
                 queue.push(entry);
+                let info = self.bound(context, index);
+                if self.is_exact(context, index) && worth(info, params.threshold) {
+                    let key = info.ln() - params.motion_decay * entry.seconds;
+                    let entry = Entry { key, ..entry };
+                    best = best.max(Some(entry));
+                    looks += 1;
+                    if looks >= most {
+                        break;
+                    }
+                }
             }
+        }
+        if let Some(best) = best.filter(|_| looks >= most) {
+            any = true;
+            take(best);
         }
         if any {
             NoView::TooLittleSeen

@@ -72,6 +72,9 @@ pub struct Params {
     /// Side of the squares whose LiDAR positions share one view, taken from the middle, m. 0 is
     /// exact: each base position has its own.
     pub lidar_grid: f64,
+    /// Most views that [`candidates`](crate::Sampler::candidates) casts for a library before it names the best of them, those
+    /// of highest bound first; none goes on until the best is certain.
+    pub most_looks: Option<usize>,
     /// Limits of the last try.
     pub relaxed: Relaxed,
 }
@@ -117,6 +120,7 @@ impl Default for Params {
             body_reach: 1.5,
             lidar_patience: 3,
             lidar_grid: 0.5,
+            most_looks: None,
             relaxed: Relaxed {
                 widen: 0.3,
                 bearings: 24,
@@ -204,6 +208,9 @@ impl Params {
         }
         natural("body_reach", self.body_reach)?;
         natural("lidar_grid", self.lidar_grid)?;
+        if let Some(most) = self.most_looks {
+            count("most_looks", most, "1 or more")?;
+        }
         natural("relaxed.widen", self.relaxed.widen)?;
         count("relaxed.bearings", self.relaxed.bearings, "1 to 1000")?;
         natural("relaxed.threshold", self.relaxed.threshold)

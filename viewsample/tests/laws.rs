@@ -264,6 +264,31 @@ proptest! {
         prop_assert!(rest.is_empty());
     }
 
+    /// A limit on looks names views that are what they say, none better than the best; a limit never reached changes nothing.
+    #[test]
+    fn few_looks_name_true_views(seed in any::<u64>(), most in 1usize..6) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |_| false);
+        let (base, state) = ([3.0, 3.0, 0.3], [1.0, 0.0]);
+        let with = |most_looks| {
+            let mut sampler = fresh(&map, &all, &Params { most_looks, ..params() });
+            let found = sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap();
+            (sampler, found)
+        };
+        let (_, exact) = with(None);
+        let (sampler, few) = with(Some(most));
+        prop_assert_eq!(&with(Some(1000)).1.views, &exact.views);
+        prop_assert!(few.effort.camera_views <= exact.effort.camera_views);
+        prop_assert_eq!(few.views.len(), exact.views.len());
+        for (view, best) in few.views.iter().zip(&exact.views) {
+            prop_assert_eq!(view.cluster, best.cluster);
+            prop_assert!(view.score <= best.score + 1e-12);
+            prop_assert!(view.gain.info >= params().threshold && mast(&map).is_free(view.base, &view.state));
+            prop_assert_eq!(sampler.gain_at(view.base, &view.camera).unwrap(), view.gain);
+        }
+    }
+
     /// What a way shows is what its looks show together, each cell once; with a LiDAR only inspection counts.
     #[test]
     fn ways_show_what_their_looks_show(seed in any::<u64>()) {

@@ -164,6 +164,8 @@ pub struct ViewSettings {
     pub lidar_range: f64,
     /// Clearance that a viewpoint's spheres keep, m.
     pub clearance: f64,
+    /// Most views cast for a cluster before the best of them is its candidate; 0 goes on until the best is certain.
+    pub most_looks: usize,
     /// Whether the arm is led through a posture that sees what is left along the base's path. False is the published rule.
     pub on_the_way: bool,
     /// Information gain that each second by which such a posture delays the path must bring (at 0.15 m voxels).
@@ -192,6 +194,7 @@ impl Default for ViewSettings {
             ring_max: 3.0,
             lidar_range: 8.0,
             clearance: 0.05,
+            most_looks: 8,
             on_the_way: true,
             delay_price: 20.0,
         }

@@ -189,6 +189,7 @@ impl Targets {
             unknown_allowance: 0,
             max_incidence: (settings.map.inspect_incidence < 90.0)
                 .then(|| settings.map.inspect_incidence.to_radians()),
+            most_looks: (v.most_looks > 0).then_some(v.most_looks),
             relaxed: viewsample::Relaxed {
                 threshold: v.relaxed_threshold * per_area,
                 ..defaults.relaxed
