@@ -3,8 +3,8 @@
 use crate::frame::Frame;
 use crate::shapes::{Capsule, Cuboid, Sphere};
 
-/// Circles that cover the base's rectangle, four along its length and three across: they stick out by little more than a
-/// quarter of their radius, where three in a row would stand out as far as they are apart.
+/// Circles that cover the base's rectangle, four along its length and three across: enough that they stick out by no more than
+/// 0.04 m at the default size, so that the base can stand close to furniture.
 pub const BASE_CIRCLES: usize = 12;
 /// Spheres in each layer of the box: three in a row.
 const BASE_COLUMNS: usize = 3;
