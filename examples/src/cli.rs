@@ -49,9 +49,12 @@ pub struct HeatsArgs {
     /// TOML file with settings.
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// Folder for result.json and topdown.svg.
+    /// Folder for result.json, topdown.svg and the recording.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
+    /// Do not record what happens.
+    #[arg(long)]
+    pub no_record: bool,
     /// No progress lines and no table.
     #[arg(long)]
     pub quiet: bool,
@@ -90,9 +93,12 @@ pub struct FlapArgs {
     /// TOML file with settings.
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// Folder for result.json and topdown.svg.
+    /// Folder for result.json, topdown.svg and the recording.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
+    /// Do not record what happens.
+    #[arg(long)]
+    pub no_record: bool,
     /// No progress lines and no table.
     #[arg(long)]
     pub quiet: bool,

@@ -185,6 +185,11 @@ impl Stopwatch {
         self.samples[stage as usize].push(seconds);
     }
 
+    /// The samples of a stage from the `first` on, s.
+    pub fn since(&self, stage: Stage, first: usize) -> &[f64] {
+        self.samples[stage as usize].get(first..).unwrap_or(&[])
+    }
+
     /// Statistics of a stage; all zero when it never ran. Percentiles are of nearest rank.
     pub fn summary(&self, stage: Stage) -> Summary {
         let mut sorted = self.samples[stage as usize].clone();

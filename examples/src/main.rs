@@ -8,9 +8,10 @@ use seekplan::cli::{
 };
 use seekplan::flap::{self, FlapSettings, MapKind};
 use seekplan::heats::{self, Sensors, Settings};
-use seekplan::record::{self, Ended, Ground};
-use seekplan::report::ProgressLine;
+use seekplan::record::{self, Ended, Ground, JsonLines, Recorder, Silent};
+use seekplan::report::{ProgressLine, Status};
 use seekplan::scene::Scene;
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -110,9 +111,12 @@ fn run_heats(args: &HeatsArgs) -> Result<ExitCode, String> {
 
     let stop = stop_on_interrupt()?;
     let mut line = ProgressLine::new(args.quiet);
-    let run = heats::run(&scene, &settings, &stop, &mut |status| line.show(status))
+    let mut recorder = recorder(args.no_record, &args.out)?;
+    let mut show = |status: &Status<'_>| line.show(status);
+    let run = heats::run_recorded(&scene, &settings, &stop, &mut show, recorder.as_mut())
         .map_err(|e| e.to_string())?;
     line.finish();
+    keep(recorder.as_mut());
     let files = record::write(&args.out, &run.result, &Ground::of(&scene), &run.trace)
         .map_err(|e| e.to_string())?;
     if !args.quiet {
@@ -125,6 +129,22 @@ fn run_heats(args: &HeatsArgs) -> Result<ExitCode, String> {
         Ended::Interrupted => ExitCode::from(INTERRUPTED),
         Ended::Complete | Ended::TimeLimit => ExitCode::SUCCESS,
     })
+}
+
+/// Where a run's events go.
+fn recorder(none: bool, out: &Path) -> Result<Box<dyn Recorder>, String> {
+    if none {
+        return Ok(Box::new(Silent));
+    }
+    let recorder = JsonLines::create(out).map_err(|e| e.to_string())?;
+    Ok(Box::new(recorder))
+}
+
+/// Ends a recording. A run is worth its result even if its recording could not be written.
+fn keep(recorder: &mut dyn Recorder) {
+    if let Err(error) = recorder.finish() {
+        eprintln!("seekplan: the recording is not whole: {error}");
+    }
 }
 
 /// A flag that Ctrl-C sets; a second Ctrl-C ends the program at once.
@@ -175,7 +195,8 @@ fn run_flap(args: &FlapArgs) -> Result<ExitCode, String> {
     let scene = Scene::open(&args.scene).map_err(|e| e.to_string())?;
     let stop = stop_on_interrupt()?;
     let quiet = args.quiet;
-    let outcome = flap::run(&scene, &settings, &stop, &mut |p| {
+    let mut recorder = recorder(args.no_record, &args.out)?;
+    let mut show = |p: &flap::Progress| {
         if !quiet {
             eprintln!(
                 "look {:2}  {:6.1} s  success {:5.1} %  expected time so far {:6.1} s  plan of {} views",
@@ -186,8 +207,10 @@ fn run_flap(args: &FlapArgs) -> Result<ExitCode, String> {
                 p.planned
             );
         }
-    })
-    .map_err(|e| e.to_string())?;
+    };
+    let outcome = flap::run_recorded(&scene, &settings, &stop, &mut show, recorder.as_mut())
+        .map_err(|e| e.to_string())?;
+    keep(recorder.as_mut());
     let ground = Ground::of(&scene);
     let files = flap::write(&args.out, &outcome, &ground, &scene.target_volumes)
         .map_err(|e| e.to_string())?;

@@ -10,10 +10,11 @@ mod search;
 mod settings;
 mod site;
 mod space;
+mod tap;
 
 pub use draw::draw;
 pub use plans::{FloorPlans, PlanError};
 pub use record::{FlapResult, StepRecord, closing_table, write};
-pub use search::{FlapError, Outcome, Progress, run, run_at};
+pub use search::{FlapError, Outcome, Progress, run, run_at, run_recorded};
 pub use settings::{FlapSettings, MapKind, PlannerKind, SettingsError, TravelKind, ViewsKind};
 pub use site::Site;

@@ -2,7 +2,7 @@
 
 use super::draw::draw;
 use super::search::Outcome;
-use super::settings::{FlapSettings, MapKind, PlannerKind};
+use super::settings::{FlapSettings, MapKind};
 use super::site::Site;
 use crate::record::{Ground, SCHEMA, StageMs, WriteError};
 use objsearch::{Ended, Record};
@@ -113,13 +113,6 @@ impl FlapResult {
             Ended::Stuck => ("time_limit", "no view is left that can be reached"),
             Ended::LookLimit => ("time_limit", "the limit of looks was reached"),
         };
-        let planner = match settings.planner {
-            PlannerKind::Greedy => "greedy",
-            PlannerKind::Flap => "flap",
-            PlannerKind::IterPsi => "iter_psi",
-            PlannerKind::IterPhi => "iter_phi",
-            PlannerKind::Local => "local",
-        };
         let map = match settings.map {
             MapKind::Known => "known",
             MapKind::Walls => "walls",
@@ -127,7 +120,7 @@ impl FlapResult {
         Self {
             schema: SCHEMA.into(),
             system: "flap".into(),
-            planner: planner.into(),
+            planner: settings.planner.name().into(),
             scene: site.name.clone(),
             seed: settings.seed,
             ended: ended.into(),

@@ -5,7 +5,9 @@ use super::record::{FlapResult, StepRecord};
 use super::settings::{FlapSettings, PlannerKind, SettingsError, ViewsKind};
 use super::site::{self, Site, Travel};
 use super::space::{self, CELL, Seen, Space};
+use super::tap::Tap;
 use crate::clock::Lap;
+use crate::record::{Recorder, Silent};
 use crate::scene::Scene;
 use crate::sim::DepthCamera;
 use cpu_time::ThreadTime;
@@ -87,7 +89,7 @@ struct SearchView {
 }
 
 /// The world as the planner's loop sees it.
-struct FlapWorld<'a> {
+struct FlapWorld<'a, 'r> {
     site: &'a Site,
     settings: &'a FlapSettings,
     travel: Travel,
@@ -102,10 +104,16 @@ struct FlapWorld<'a> {
     surveys: u64,
     resample_ms: f64,
     retable_ms: f64,
+    /// Where all that happens is told.
+    tap: &'a Tap<'r>,
 }
 
-impl<'a> FlapWorld<'a> {
-    fn new(site: &'a Site, settings: &'a FlapSettings) -> Result<Self, FlapError> {
+impl<'a, 'r> FlapWorld<'a, 'r> {
+    fn new(
+        site: &'a Site,
+        settings: &'a FlapSettings,
+        tap: &'a Tap<'r>,
+    ) -> Result<Self, FlapError> {
         let views = site
             .views
             .iter()
@@ -134,6 +142,7 @@ impl<'a> FlapWorld<'a> {
             surveys: 0,
             resample_ms: 0.0,
             retable_ms: 0.0,
+            tap,
         };
         if world.is_hazy() {
             for view in 0..world.views.len() {
@@ -270,7 +279,7 @@ fn coin(cell: u32) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-impl objsearch::World for FlapWorld<'_> {
+impl objsearch::World for FlapWorld<'_, '_> {
     type Error = FlapError;
 
     fn survey(&mut self, planned: &[usize]) -> Result<Survey, FlapError> {
@@ -320,6 +329,7 @@ impl objsearch::World for FlapWorld<'_> {
         let seen = self
             .space
             .look(&self.site.world, &mut self.camera, &self.site.fan, &pose)?;
+        self.tap.look(&self.space.map, &seen, &pose, place.base);
         self.refresh(&seen);
         self.here = place;
         Ok(Look {
@@ -340,7 +350,24 @@ pub fn run(
     stop: &AtomicBool,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, FlapError> {
-    run_at(&Site::new(scene, settings)?, settings, stop, progress)
+    run_recorded(scene, settings, stop, progress, &mut Silent)
+}
+
+/// As [`run`], and tells `recorder` all that happens. The search is the same whoever records it.
+///
+/// # Errors
+/// [`FlapError`].
+pub fn run_recorded(
+    scene: &Scene,
+    settings: &FlapSettings,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(&Progress),
+    recorder: &mut dyn Recorder,
+) -> Result<Outcome, FlapError> {
+    let site = Site::new(scene, settings)?;
+    let tap = Tap::new(recorder);
+    tap.begin(scene, settings, &site);
+    search(&site, settings, stop, progress, &tap)
 }
 
 /// Searches a site that serves the settings.
@@ -353,8 +380,18 @@ pub fn run_at(
     stop: &AtomicBool,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, FlapError> {
+    search(site, settings, stop, progress, &Tap::new(&mut Silent))
+}
+
+fn search(
+    site: &Site,
+    settings: &FlapSettings,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(&Progress),
+    tap: &Tap<'_>,
+) -> Result<Outcome, FlapError> {
     let total = Lap::start();
-    let mut world = FlapWorld::new(site, settings)?;
+    let mut world = FlapWorld::new(site, settings, tap)?;
     let mut plan_ms: Vec<f64> = Vec::new();
     let mut first: Option<Plan> = None;
     let mut planner = |task: &Task, rest: &[usize]| {
@@ -369,13 +406,15 @@ pub fn run_at(
         looks += 1;
         expected_time += (1.0 - step.probability_before) * (step.time - before);
         before = step.time;
-        progress(&Progress {
+        let now = Progress {
             looks,
             time: step.time,
             probability: step.probability,
             expected_time,
             planned: step.planned,
-        });
+        };
+        tap.looked(step, &now);
+        progress(&now);
         !stop.load(Ordering::Relaxed)
     };
     let record: Record = objsearch::search(
@@ -420,6 +459,7 @@ pub fn run_at(
     let mut result = FlapResult::new(site, settings, &record, steps);
     result.interrupted(stop.load(Ordering::Relaxed));
     result.unseen_probability = probability_of(left);
+    tap.end(result.execution_time_s, &result);
     if let Some(first) = first {
         result.first_plan_time_s = first.expected_time;
         result.first_plan_bound_s = first.lower_bound;

@@ -20,6 +20,19 @@ pub enum PlannerKind {
     Local,
 }
 
+impl PlannerKind {
+    /// Its name on the command line and in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Greedy => "greedy",
+            Self::Flap => "flap",
+            Self::IterPsi => "iter_psi",
+            Self::IterPhi => "iter_phi",
+            Self::Local => "local",
+        }
+    }
+}
+
 /// What is known at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

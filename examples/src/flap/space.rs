@@ -48,6 +48,8 @@ pub(super) struct Seen {
     pub(super) blocked: Vec<[f64; 3]>,
     /// Centres of all cells whose state changed, m.
     pub(super) changed: Vec<[f64; 3]>,
+    /// Those cells.
+    pub(super) cells: Vec<Cell>,
 }
 
 /// The map of a scene before anything was seen, and the belief about it.
@@ -225,6 +227,7 @@ impl Space {
                 self.sight.set(cell, CellState::Unknown);
             }
         }
+        seen.cells = cells;
         if !sure {
             let looked: Vec<u32> = self.sight.view(fan, pose).to_vec();
             for index in looked {

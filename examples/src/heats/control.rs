@@ -196,6 +196,11 @@ impl Controller {
         Ok(verdict)
     }
 
+    /// Base poses along the last solution, m and rad.
+    pub fn horizon(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.mpc.states().iter().map(|x| [x[0], x[1], x[2]])
+    }
+
     /// The command of this tick: towards what is wanted, as fast as acceleration allows.
     pub fn tick(&self, state: &State) -> Command {
         let now = velocity(state);

@@ -7,6 +7,7 @@ use atsp::{Choice, Decision, Params, Place, two_level};
 use hybrid_astar::{Field, GridParams, Space};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use viewsample::Viewpoint;
 
 /// Cost of a way between regions that no known path connects: this and the straight line (G item 36), m.
 const UNREACHABLE: f64 = 1000.0;
@@ -18,6 +19,17 @@ pub struct Stand {
     pub base: [f64; 3],
     /// Arm posture, rad.
     pub joints: Joints,
+}
+
+/// What the last decision chose among.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Considered {
+    /// The candidates.
+    pub views: Vec<Viewpoint<Joints>>,
+    /// Index of the chosen one.
+    pub chosen: Option<usize>,
+    /// Regions in the order in which they are to be visited, as positions in the map's list of regions.
+    pub regions: Vec<usize>,
 }
 
 /// One-to-all distances over the ground as it is now, made when asked for.

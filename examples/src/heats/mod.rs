@@ -18,12 +18,12 @@ mod targets;
 
 pub use body::{Exact, Joints, Whole};
 pub use control::Controller;
-pub use decision::{Stand, Ways, decide};
+pub use decision::{Considered, Stand, Ways, decide};
 pub use failures::Failures;
 pub use mapping::Mapper;
 pub use motion::{BodyPath, Failure, MotionParams};
 pub use pace::Pace;
-pub use search::{HeatsError, Run, run};
+pub use search::{HeatsError, Run, run, run_recorded};
 pub use settings::{
     DecisionSettings, FrontierSettings, MapSettings, MotionSettings, PlanningTime, Sensors,
     Settings, SettingsError, ViewSettings,

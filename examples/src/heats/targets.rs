@@ -1,7 +1,7 @@
 //! The target viewpoint planner: frontiers, viewpoint libraries, candidates, decision (HEATS sect. IV).
 
 use super::body::{Joints, Whole};
-use super::decision::{Stand, Ways, decide};
+use super::decision::{Considered, Stand, Ways, decide};
 use super::failures::Failures;
 use super::glance::Look;
 use super::mapping::TARGET;
@@ -122,6 +122,8 @@ pub struct Targets {
     seed: u64,
     /// Operations of the last decision, for the planner's account, s.
     pub counted: f64,
+    /// What the last decision chose among, for the record.
+    pub considered: Considered,
 }
 
 impl Targets {
@@ -229,6 +231,7 @@ impl Targets {
             rate_span: settings.decision.rate_span,
             seed: settings.seed,
             counted: 0.0,
+            considered: Considered::default(),
         })
     }
 
@@ -403,6 +406,7 @@ impl Targets {
         now: f64,
         watch: &mut Stopwatch,
     ) -> Result<Outcome, String> {
+        self.considered = Considered::default();
         let ways = Ways::new(whole.mapper, disc(whole)).map_err(|e| e.to_string())?;
         let pace = self.pace;
         let mut relaxed = false;
@@ -519,14 +523,20 @@ impl Targets {
         if relaxed {
             self.tried.extend(cells.iter().copied());
         }
-        Ok(Outcome::Go(Box::new(Choice {
+        let next = Choice {
             base: view.base,
             joints: view.state,
             camera: view.camera,
             info: view.gain.info,
             relaxed,
             cells,
-        })))
+        };
+        self.considered = Considered {
+            views,
+            chosen: Some(choice.candidate),
+            regions: choice.region_order,
+        };
+        Ok(Outcome::Go(Box::new(next)))
     }
 
     /// Of the views in the robot's region, and those from where it stands, the few that cover what all of them see; the views of
@@ -585,6 +595,11 @@ impl Targets {
                 )
             })
             .collect()
+    }
+
+    /// The frontiers, for the record.
+    pub fn frontiers(&self) -> &Frontiers {
+        &self.frontiers
     }
 
     /// Clusters held, for the record.

@@ -1,10 +1,23 @@
-//! What a run leaves behind: `result.json`, `topdown.svg`, the closing table.
+//! What a run leaves behind: `result.json`, `topdown.svg`, the closing table, and the recording of all that happened.
+//!
+//! A run tells a [`Recorder`] its [`Event`]s. [`JsonLines`] writes them to `record.jsonl` as they come.
 
+mod event;
+mod json_lines;
+mod recorder;
 mod result;
 mod table;
 mod topdown;
 mod trace;
 
+pub use event::{
+    Begin, Candidate, CellRuns, CellState, CycleEvent, DecisionEvent, Entry, Event, FoundEvent,
+    FrontierShape, FrontiersEvent, GRAIN, GivenUpEvent, GridShape, HorizonEvent, LookEvent,
+    PlanEvent, PoseEvent, ProgressEvent, RECORD_SCHEMA, RegionsEvent, RobotShape, ScanEvent,
+    StageCycle, View, VolumeShape, round,
+};
+pub use json_lines::{JsonLines, RECORD_FILE, ReadError, read};
+pub use recorder::{Both, Memory, Recorder, Silent};
 pub use result::{Ended, GivenUp, Progress, RunResult, SCHEMA, StageMs, TargetFound, Wall};
 pub use table::closing_table;
 pub use topdown::{Ground, Mark, Outline, draw};

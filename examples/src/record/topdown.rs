@@ -2,10 +2,11 @@
 
 use super::result::RunResult;
 use super::trace::{Coverage, Trace};
+use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
 /// A solid seen from above: a closed outline and its height band.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outline {
     /// Corners in world x, y, m.
     pub corners: Vec<[f64; 2]>,
@@ -14,7 +15,7 @@ pub struct Outline {
 }
 
 /// A tag to draw.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mark {
     /// The tag's number.
     pub id: u32,
@@ -23,7 +24,7 @@ pub struct Mark {
 }
 
 /// What of the scene a picture shows.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ground {
     /// Lower corner of the task volume, x and y, m.
     pub low: [f64; 2],

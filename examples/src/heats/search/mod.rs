@@ -3,6 +3,7 @@
 mod moves;
 mod outcome;
 mod setup;
+mod tap;
 
 use crate::clock::{Account, Lap, Planning, Stage, Stopwatch};
 use crate::heats::body::{Exact, Joints, Whole};
@@ -17,8 +18,8 @@ use crate::heats::pace::Pace;
 use crate::heats::settings::{PlanningTime, Sensors, Settings};
 use crate::heats::targets::{Choice, Outcome, Targets};
 use crate::record::{
-    Coverage, Ended, MapLayer, Progress, RunResult, SCHEMA, Sample, StageMs, Stop, TargetFound,
-    Trace, Wall,
+    Coverage, Ended, MapLayer, Progress, Recorder, RunResult, SCHEMA, Sample, Silent, StageMs,
+    Stop, TargetFound, Trace, Wall,
 };
 use crate::report::Status;
 use crate::scene::Scene;
@@ -30,6 +31,7 @@ use hybrid_astar::{GoalYaw, Limits, Planner};
 use robots::{BodyState, MobileManipulator};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
+use tap::Tap;
 use viewsample::Pose;
 use voxmap::{Ball, Camera, Ground};
 
@@ -141,9 +143,23 @@ pub fn run(
     stop: &AtomicBool,
     progress: &mut dyn FnMut(&Status<'_>),
 ) -> Result<Run, HeatsError> {
+    run_recorded(scene, settings, stop, progress, &mut Silent)
+}
+
+/// As [`run`], and tells `recorder` all that happens. The run is the same whoever records it.
+///
+/// # Errors
+/// As [`run`]. What the recorder could not keep is told by its own [`finish`](Recorder::finish).
+pub fn run_recorded(
+    scene: &Scene,
+    settings: &Settings,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(&Status<'_>),
+    recorder: &mut dyn Recorder,
+) -> Result<Run, HeatsError> {
     settings.validate()?;
     let lap = Lap::start();
-    let mut search = Search::new(scene, settings)?;
+    let mut search = Search::new(scene, settings, recorder)?;
     let ended = search.go(stop, progress)?;
     Ok(search.finish(ended, lap))
 }
@@ -187,6 +203,8 @@ struct Search<'a> {
     /// Camera postures of the library.
     postures: Vec<Joints>,
     time_limit: f64,
+    /// Where all that happens is told.
+    tap: Tap<'a>,
 }
 
 fn whole<'a>(robot: &'a MobileManipulator, mapper: &'a Mapper, settings: &Settings) -> Whole<'a> {
@@ -293,12 +311,18 @@ impl<'a> Search<'a> {
         self.watch.stop(Stage::Simulator, lap);
         let lap = Lap::start();
         if due.lidar && both {
+            let now = self.sim.time();
             let scan = self.sim.scan();
+            self.tap.scan(now, "lidar", scan);
             self.mapper
                 .integrate(scan.origin, &scan.hits, &scan.misses, scan.max_range, &body)?;
         }
         if due.depth {
+            let now = self.sim.time();
             let image = self.sim.image();
+            if !both {
+                self.tap.scan(now, "depth", image);
+            }
             self.mapper.integrate(
                 image.origin,
                 &image.hits,
@@ -326,6 +350,7 @@ impl<'a> Search<'a> {
             self.last_image = camera;
         }
         let boxes = self.mapper.refresh();
+        self.tap.note(&boxes);
         self.targets.note(boxes);
         self.watch.stop(Stage::MapUpdate, lap);
         if due.rgb {
@@ -458,6 +483,7 @@ impl<'a> Search<'a> {
         self.next_decision = 0.0;
         let (rotation, translation) = *self.sim.camera();
         self.views_reached += 1;
+        self.tap.reached(now, self.sim.camera());
         self.trace.stops.push(Stop {
             time: now,
             camera: translation,
@@ -518,6 +544,7 @@ impl<'a> Search<'a> {
         self.settle(now)?;
         let outcome = self.choose(now, &from, &[])?;
         self.decisions += 1;
+        self.record_decision(now, &outcome, false);
         match outcome {
             Outcome::Done => Ok(true),
             Outcome::Wait => Ok(false),
@@ -553,6 +580,7 @@ impl<'a> Search<'a> {
         self.refresh()?;
         let outcome = self.choose(now, &from, &before)?;
         self.decisions += 1;
+        self.record_decision(now, &outcome, true);
         if let Outcome::Go(choice) = outcome {
             self.set_out(now, *choice, lap, (from, true));
         }
@@ -649,6 +677,7 @@ impl<'a> Search<'a> {
                 .step(&whole, &state, &follow.path, follow.time)
                 .map_err(|e| HeatsError::Planner(e.to_string()))?;
             self.watch.stop(Stage::Mpc, lap);
+            self.tap.horizon(now, &self.controller);
         }
         self.motion = motion;
         Ok(())

@@ -62,6 +62,7 @@ impl Search<'_> {
         }
         let (base, joints) = path.end();
         let camera = camera_at(&self.robot, base, &joints);
+        self.tap.plan((now, now), &self.robot, &path, &camera);
         self.motion = Motion::Follow(Box::new(Follow {
             path,
             time: 0.0,
@@ -93,6 +94,7 @@ impl Search<'_> {
                     + 30e-6 * operations.1 as f64
                     + 0.01;
                 let ready = self.account.charge(now, counted, lap.seconds());
+                self.tap.plan((now, ready), &self.robot, &path, &camera);
                 let expected = self.targets.gain_at(path.end().0, &camera).max(1e-9);
                 self.pending = Some(Pending {
                     at: ready,

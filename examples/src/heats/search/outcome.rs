@@ -5,6 +5,8 @@ use super::*;
 impl Search<'_> {
     pub(super) fn sample(&mut self, now: f64) {
         let state = self.sim.state();
+        self.tap.pose(now, &self.robot, state, self.sim.camera());
+        self.tap.found(now, self.sim.found(), &self.scene.tags);
         self.trace.samples.push(Sample {
             time: now,
             base: state.base,
@@ -29,6 +31,9 @@ impl Search<'_> {
             inspected,
             found,
         });
+        self.tap
+            .progress(now, (explored, inspected, found), self.activity);
+        self.record_state(now);
         progress(&Status {
             time: now,
             found,
@@ -92,6 +97,8 @@ impl Search<'_> {
             })
             .collect();
         let targets = self.scene.tags.len();
+        self.record_state(now);
+        self.tap.end(now, ended);
         let total_s = lap.seconds();
         let stages: BTreeMap<String, StageMs> = Stage::ALL
             .iter()

@@ -47,7 +47,11 @@ fn camera_postures(
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(scene: &'a Scene, settings: &'a Settings) -> Result<Self, HeatsError> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        recorder: &'a mut dyn Recorder,
+    ) -> Result<Self, HeatsError> {
         let planner = |e: &dyn std::fmt::Display| HeatsError::Planner(e.to_string());
         let mut robot = MobileManipulator::default();
         let l = &scene.limits;
@@ -144,6 +148,7 @@ impl<'a> Search<'a> {
             PlanningTime::Counted => Planning::Counted,
             PlanningTime::Measured => Planning::Measured,
         };
+        let tap = Tap::new(recorder, scene, settings, &robot, (&mapper, rgb));
         Ok(Self {
             scene,
             settings,
@@ -181,6 +186,7 @@ impl<'a> Search<'a> {
             // 50 degrees down: the image reaches from the robot's feet to beyond where the LiDAR first meets the floor.
             camera_down: postures.get(3).map_or(postures[0].joints, |p| p.joints),
             time_limit: settings.time_limit.unwrap_or(l.time_limit),
+            tap,
             robot,
         })
     }
