@@ -1,7 +1,8 @@
 //! One-to-all distances for a disc: costs of tours, reachability, straight paths.
 
 use crate::error::{at_least, finite, positive};
-use crate::wave::{Pricing, Raster, Wave};
+use crate::raster::{Pricing, Raster};
+use crate::wave::Wave;
 use crate::{Error, Map};
 use std::sync::Arc;
 
@@ -87,6 +88,7 @@ impl Space {
             need: radius - slack,
             fit: radius,
             narrow: 0.0,
+            cuts: 0,
             weight: params.clearance_weight,
             comfort: params.comfort,
         };

@@ -19,12 +19,14 @@ pub struct Grid {
     size: [usize; 2],
     low: [f64; 2],
     cell: f64,
+    /// Cells a metre.
+    per_metre: f64,
     inset: f64,
     blocked: Vec<bool>,
     /// Blocked cells in the row before each column: `width + 1` entries a row.
     before: Vec<u32>,
-    /// Index of the nearest blocked cell, `u32::MAX` if there is none.
-    nearest: Vec<u32>,
+    /// Column and row of the nearest blocked cell, `NONE` if there is none.
+    nearest: Vec<[u16; 2]>,
     revision: u64,
 }
 
@@ -41,7 +43,7 @@ impl Grid {
         crate::error::finite("low", &low)?;
         let count = size[0]
             .checked_mul(size[1])
-            .filter(|&n| n > 0 && n < 1 << 28);
+            .filter(|&n| n > 0 && n < 1 << 28 && size[0].max(size[1]) <= LONGEST_SIDE);
         let Some(count) = count else {
             let high = [
                 low[0] + cell * size[0] as f64,
@@ -51,7 +53,7 @@ impl Grid {
                 low,
                 high,
                 cell_size: cell,
-                must: "from 1 to 2^28 cells",
+                must: "from 1 to 2^28 cells, no side longer than 65535",
             });
         };
         let mut cells = blocked[..blocked.len().min(count)].to_vec();
@@ -60,6 +62,7 @@ impl Grid {
             size,
             low,
             cell,
+            per_metre: 1.0 / cell,
             inset: 0.5 * cell,
             nearest: nearest_blocked(size, &cells),
             before: Vec::new(),
@@ -105,10 +108,11 @@ impl Grid {
                 size: [1, 1],
                 low: [0.0; 2],
                 cell,
+                per_metre: 1.0 / cell,
                 inset: 0.5 * cell,
                 blocked: vec![true],
                 before: vec![0, 1],
-                nearest: vec![0],
+                nearest: vec![[0; 2]],
                 revision: 1,
             },
         }
@@ -173,8 +177,8 @@ impl Map for Grid {
         let (w, h) = (self.size[0] as f64, self.size[1] as f64);
         // Cell units, cell centres at whole numbers.
         let (u, v) = (
-            (p[0] - self.low[0]) / self.cell - 0.5,
-            (p[1] - self.low[1]) / self.cell - 0.5,
+            (p[0] - self.low[0]) * self.per_metre - 0.5,
+            (p[1] - self.low[1]) * self.per_metre - 0.5,
         );
         if !(u.is_finite() && v.is_finite()) {
             return f64::NEG_INFINITY;
@@ -184,8 +188,9 @@ impl Map for Grid {
         if border <= 0.0 {
             return border * self.cell - self.inset;
         }
-        let x0 = (u.floor().max(0.0) as usize).min(self.size[0] - 1);
-        let y0 = (v.floor().max(0.0) as usize).min(self.size[1] - 1);
+        // Between -1 and the size: the conversion rounds down and turns what is negative to 0.
+        let x0 = (u as usize).min(self.size[0] - 1);
+        let y0 = (v as usize).min(self.size[1] - 1);
         let (x1, y1) = (
             (x0 + 1).min(self.size[0] - 1),
             (y0 + 1).min(self.size[1] - 1),
@@ -198,12 +203,9 @@ impl Map for Grid {
             y1 * self.size[0] + x1,
         ] {
             let n = self.nearest[at];
-            if n != u32::MAX {
-                let (nx, ny) = (
-                    (n as usize % self.size[0]) as f64,
-                    (n as usize / self.size[0]) as f64,
-                );
-                best = best.min((u - nx).powi(2) + (v - ny).powi(2));
+            if n != NONE {
+                let (dx, dy) = (u - f64::from(n[0]), v - f64::from(n[1]));
+                best = best.min(dx * dx + dy * dy);
             }
         }
         best.sqrt().min(border) * self.cell - self.inset
@@ -223,13 +225,13 @@ impl Map for Grid {
 
     /// A blocked (or outside) cell is hit when its centre lies in the closed polygon.
     fn outline_is_free(&self, corners: &[[f64; 2]]) -> Option<bool> {
-        let scale = 1.0 / self.cell;
+        let scale = self.per_metre;
         let n = corners.len();
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        let mut c = [[0.0f64; 2]; 16];
         if !(3..=16).contains(&n) {
             return None;
         }
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut c = [[0.0f64; 2]; 16];
         for (to, from) in c.iter_mut().zip(corners) {
             *to = [
                 (from[0] - self.low[0]) * scale - 0.5,
@@ -238,55 +240,104 @@ impl Map for Grid {
             low = low.min(to[1]);
             high = high.max(to[1]);
         }
-        let (y0, y1) = ((low - 1e-9).ceil(), (high + 1e-9).floor());
-        let mut y = y0;
-        while y <= y1 {
+        // Beyond any grid, and NaN.
+        if !(low > -1e8 && high < 1e8) {
+            return Some(false);
+        }
+        let mut edges = [Edge::default(); 16];
+        for i in 0..n {
+            edges[i] = Edge::new(c[i], c[(i + 1) % n]);
+        }
+        let (width, height) = (self.size[0] as i64, self.size[1] as i64);
+        for row in up(low - 1e-9)..=down(high + 1e-9) {
+            let y = row as f64;
             // The row's chord: crossings of the line with the edges.
             let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
-            for i in 0..n {
-                let (a, b) = (c[i], c[(i + 1) % n]);
-                let (lo, hi) = if a[1] < b[1] { (a, b) } else { (b, a) };
-                if lo[1] - 1e-9 <= y && y <= hi[1] + 1e-9 {
-                    let rise = hi[1] - lo[1];
-                    if rise < 1e-9 {
-                        left = left.min(lo[0]).min(hi[0]);
-                        right = right.max(lo[0]).max(hi[0]);
-                    } else {
-                        let x = lo[0] + ((y - lo[1]) / rise).clamp(0.0, 1.0) * (hi[0] - lo[0]);
-                        left = left.min(x);
-                        right = right.max(x);
-                    }
+            for e in &edges[..n] {
+                if e.low - 1e-9 <= y && y <= e.high + 1e-9 {
+                    let x = e.x + (y.clamp(e.low, e.high) - e.low) * e.slope;
+                    left = left.min(x).min(x + e.flat);
+                    right = right.max(x).max(x + e.flat);
                 }
             }
-            let (x0, x1) = ((left - 1e-9).ceil(), (right + 1e-9).floor());
+            if !(left > -1e8 && right < 1e8) {
+                // No crossing, or beyond any grid.
+                if left > right {
+                    continue;
+                }
+                return Some(false);
+            }
+            let (x0, x1) = (up(left - 1e-9), down(right + 1e-9));
             if x0 <= x1 {
-                let outside =
-                    x0 < 0.0 || y < 0.0 || x1 >= self.size[0] as f64 || y >= self.size[1] as f64;
-                if outside || self.blocked_between(y as usize, x0 as usize, x1 as usize + 1) {
+                let outside = x0 < 0 || row < 0 || x1 >= width || row >= height;
+                if outside || self.blocked_between(row as usize, x0 as usize, x1 as usize + 1) {
                     return Some(false);
                 }
             }
-            y += 1.0;
         }
         Some(true)
     }
 }
 
+/// An edge of a polygon, in cells.
+#[derive(Clone, Copy, Default)]
+struct Edge {
+    low: f64,
+    high: f64,
+    /// At the lower end.
+    x: f64,
+    slope: f64,
+    /// How far an edge along the row reaches.
+    flat: f64,
+}
+
+impl Edge {
+    fn new(a: [f64; 2], b: [f64; 2]) -> Self {
+        let (lo, hi) = if a[1] < b[1] { (a, b) } else { (b, a) };
+        let (rise, run) = (hi[1] - lo[1], hi[0] - lo[0]);
+        let level = rise < 1e-9;
+        Self {
+            low: lo[1],
+            high: hi[1],
+            x: lo[0],
+            slope: if level { 0.0 } else { run / rise },
+            flat: if level { run } else { 0.0 },
+        }
+    }
+}
+
+/// Next whole number up; the conversion alone rounds towards zero, and calling `ceil` costs more than the rest.
+#[inline]
+fn up(v: f64) -> i64 {
+    let t = v as i64;
+    t + i64::from((t as f64) < v)
+}
+
+#[inline]
+fn down(v: f64) -> i64 {
+    let t = v as i64;
+    t - i64::from((t as f64) > v)
+}
+
+/// Sides are limited so that a cell's column and row fit into 16 bits each, with one value to spare.
+const LONGEST_SIDE: usize = 65535;
+const NONE: [u16; 2] = [u16::MAX; 2];
+
 /// Exact Euclidean nearest-site transform: columns first, then the lower envelope of parabolas along each row.
-fn nearest_blocked(size: [usize; 2], blocked: &[bool]) -> Vec<u32> {
+fn nearest_blocked(size: [usize; 2], blocked: &[bool]) -> Vec<[u16; 2]> {
     let [w, h] = size;
-    const NONE: u32 = u32::MAX;
+    const NO_ROW: u16 = u16::MAX;
     // Row of the nearest blocked cell in the same column.
-    let mut row_of = vec![NONE; w * h];
+    let mut row_of = vec![NO_ROW; w * h];
     for y in 0..h {
         for x in 0..w {
             let at = y * w + x;
             row_of[at] = if blocked[at] {
-                y as u32
+                y as u16
             } else if y > 0 {
                 row_of[at - w]
             } else {
-                NONE
+                NO_ROW
             };
         }
     }
@@ -294,8 +345,8 @@ fn nearest_blocked(size: [usize; 2], blocked: &[bool]) -> Vec<u32> {
         for x in 0..w {
             let (at, below) = (y * w + x, row_of[(y + 1) * w + x]);
             let here = row_of[at];
-            if below != NONE
-                && (here == NONE || below as usize > y && below as usize - y < y - here as usize)
+            if below != NO_ROW
+                && (here == NO_ROW || below as usize > y && below as usize - y < y - here as usize)
             {
                 row_of[at] = below;
             }
@@ -307,10 +358,10 @@ fn nearest_blocked(size: [usize; 2], blocked: &[bool]) -> Vec<u32> {
         sites.clear();
         for x in 0..w {
             let r = row_of[y * w + x];
-            if r == NONE {
+            if r == NO_ROW {
                 continue;
             }
-            let f = (r as f64 - y as f64).powi(2);
+            let f = (f64::from(r) - y as f64).powi(2);
             let mut from = f64::NEG_INFINITY;
             while let Some(&(q, fq, start)) = sites.last() {
                 from = ((f + (x * x) as f64) - (fq + (q * q) as f64)) / (2.0 * (x - q) as f64);
@@ -328,7 +379,7 @@ fn nearest_blocked(size: [usize; 2], blocked: &[bool]) -> Vec<u32> {
                 k += 1;
             }
             if let Some(&(q, ..)) = sites.get(k) {
-                nearest[y * w + x] = row_of[y * w + q] * w as u32 + q as u32;
+                nearest[y * w + x] = [q as u16, row_of[y * w + q]];
             }
         }
     }

@@ -2,8 +2,9 @@
 
 use crate::Map;
 use crate::moves::wrap;
+use crate::raster::{Lazy, Raster};
 use crate::search::Task;
-use crate::wave::{Lazy, Raster, Wave};
+use crate::wave::Wave;
 use std::f64::consts::PI;
 
 /// Cells of the wave's way that give its direction.

@@ -18,6 +18,8 @@ pub enum Status {
     GoalBlocked,
     /// Not even the disc inside the footprint can pass. Proved by the grid wave.
     Disconnected,
+    /// The disc can pass, but the footprint cannot, however it is turned. Proved by a search over boxes of poses.
+    NoPassage,
     /// The footprint does not pass, at the lattice's resolution.
     Exhausted,
     /// The expansion budget ran out.
@@ -73,6 +75,17 @@ pub enum Reason {
     Disconnected {
         /// Radius of the disc, margin included, m.
         radius: f64,
+    },
+    /// See [`Status::NoPassage`].
+    NoPassage {
+        /// Where the disc's shortest way leaves what the footprint can reach from the start, world frame, m.
+        at: [f64; 2],
+        /// Clearance there, m.
+        clearance: f64,
+        /// Radius of the disc inside the footprint, margin included: the clearance that would be needed at least, m.
+        radius: f64,
+        /// Radius of the disc around the footprint, margin included: the clearance that would always do, m.
+        need: f64,
     },
     /// See [`Status::Exhausted`], [`Status::BudgetExhausted`] and [`Status::Stopped`].
     NotReached {
@@ -141,6 +154,15 @@ impl fmt::Display for Reason {
                     "no connection from start to goal for a disc of {radius:.3} m, the largest inside the footprint"
                 )
             }
+            Self::NoPassage {
+                at: [x, y],
+                clearance,
+                radius,
+                need,
+            } => write!(
+                f,
+                "a connection exists for the inscribed disc, but the footprint does not fit through at ({x:.2}, {y:.2}) with any heading (clearance {clearance:.3} m, its discs inside and around have {radius:.3} m and {need:.3} m)"
+            ),
             Self::NotReached {
                 nearest: [x, y, yaw],
                 expansions,

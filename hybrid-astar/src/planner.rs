@@ -2,11 +2,13 @@
 
 use crate::body::Body;
 use crate::error::finite;
+use crate::headings::Verdict;
 use crate::moves::wrap;
 use crate::plan::{Plan, Reason, Status};
 use crate::price::Price;
+use crate::raster::{Lazy, Pricing, Raster};
 use crate::search::{Task, search};
-use crate::wave::{Lazy, Pricing, Raster, Wave};
+use crate::wave::Wave;
 use crate::{Error, GoalYaw, Map, Params, Robot, smooth, time, trace};
 use std::f64::consts::TAU;
 
@@ -161,7 +163,17 @@ impl Planner {
 
         let Some(moves) = found.moves else {
             let disconnected = found.exhausted && found.expansions == 0;
-            let (status, reason) = if disconnected {
+            let (status, reason) = if let Some(Verdict::NoPassage(at)) = found.verdict {
+                let (radius, need) = (body.inscribed, body.circumscribed);
+                let clearance = map.clearance(at);
+                let reason = Reason::NoPassage {
+                    at,
+                    clearance,
+                    radius,
+                    need,
+                };
+                (Status::NoPassage, reason)
+            } else if disconnected {
                 (
                     Status::Disconnected,
                     Reason::Disconnected {
@@ -253,11 +265,12 @@ impl Planner {
 
 /// The wave may pass wherever the inscribed disc fits near a cell's middle; where it does not fit in the middle
 /// itself, at a price, so that the search looks at better places first.
-fn raster_pricing(body: &Body, params: &Params) -> Pricing {
+pub(crate) fn raster_pricing(body: &Body, params: &Params) -> Pricing {
     Pricing {
         need: body.inscribed - params.cell_size * std::f64::consts::FRAC_1_SQRT_2,
         fit: body.inscribed,
         narrow: 1.0,
+        cuts: 2,
         weight: params.clearance_weight,
         comfort: params.comfort,
     }

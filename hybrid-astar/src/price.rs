@@ -2,7 +2,7 @@
 
 use crate::moves::{Motion, Move};
 use crate::params::{Params, rest_to_rest};
-use crate::wave::Pricing;
+use crate::raster::Pricing;
 use crate::{Limits, Map};
 
 #[derive(Clone, Debug)]

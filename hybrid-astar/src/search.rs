@@ -1,12 +1,15 @@
 //! A* over (cell, heading, motion) with the exact pose kept in every node.
 
 use crate::body::{Body, SWING};
+use crate::headings::{self, Verdict};
 use crate::moves::{Motion, Move};
 use crate::outlook::Outlook;
 use crate::price::Price;
-use crate::steer::{self, Way};
+use crate::raster::{Lazy, Raster};
+use crate::shot::shot;
+use crate::steer::Way;
 use crate::table::Table;
-use crate::wave::{Lazy, Raster, Wave};
+use crate::wave::Wave;
 use crate::{GoalYaw, Map, Params};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -33,8 +36,23 @@ pub(crate) struct Found {
     pub(crate) exhausted: bool,
     /// Stopped by the caller.
     pub(crate) stopped: bool,
+    /// Whether the footprint can pass, if it was asked.
+    pub(crate) verdict: Option<Verdict>,
     /// Reached pose nearest to the goal, by the wave.
     pub(crate) nearest: [f64; 3],
+}
+
+impl Found {
+    fn nothing(nearest: [f64; 3]) -> Self {
+        Self {
+            moves: None,
+            expansions: 0,
+            exhausted: false,
+            stopped: false,
+            verdict: None,
+            nearest,
+        }
+    }
 }
 
 struct Node {
@@ -137,7 +155,11 @@ const REFINE: usize = 48;
 
 /// Expansions on the given lattice, and then on one twice as fine, before something else is tried: a passage hardly
 /// wider than the footprint asks for the right place to a centimetre.
-const SHARES: [usize; 2] = [3000, 6000];
+const SHARES: [usize; 2] = [1200, 2400];
+/// Expansions before it is asked whether the footprint can pass at all.
+const LOOK: usize = 400;
+/// Half the width of the strip to which the wave is then led, m.
+const BESIDE: f64 = 0.6;
 /// Ways round that are tried when the wave leads where the footprint does not fit.
 const DETOURS: usize = 5;
 /// Length of the wave's way ahead of the nearest pose that becomes dear, m, and the width to each side.
@@ -145,8 +167,9 @@ const DEAR: (f64, f64) = (1.0, 0.3);
 /// How dear.
 const DEARER: f32 = 6.0;
 
-/// Searches the given lattice, then a finer one; then both again where the wave is kept away from the places at which
-/// they got no further; at last the finer one with all that is left.
+/// Searches the given lattice; on the way it looks whether the footprint can pass at all and along which cells. If it
+/// can, and the first search did not end well, searches the lattice and a finer one along those, again and again where
+/// the wave is kept away from the places at which they got no further; at last the finer one with all that is left.
 pub(crate) fn search<M: Map>(
     task: &Task<'_, M>,
     raster: &mut Raster,
@@ -154,46 +177,77 @@ pub(crate) fn search<M: Map>(
     budget: usize,
     stop: &mut dyn FnMut() -> bool,
 ) -> Found {
-    let mut spent = 0;
-    let mut dear: Option<(Raster, Wave)> = None;
-    let mut last = None;
-    for _ in 0..=DETOURS {
-        for (split, share) in [(1, SHARES[0]), (2, SHARES[1])] {
-            let (r, w) = match &mut dear {
-                Some((r, w)) => (r, w),
-                None => (&mut *raster, &mut *wave),
+    let map = task.map;
+    let mut lazy = Lazy { raster, map };
+    if let Some(at) = lazy.raster.index([task.start[0], task.start[1]])
+        && wave.closed_off(&mut lazy, at)
+    {
+        return Found {
+            exhausted: true,
+            ..Found::nothing(task.start)
+        };
+    }
+    let share = SHARES[0].min(budget);
+    let mut found = attempt(task, raster, wave, 1, share, Some(LOOK), stop);
+    let mut spent = found.expansions;
+    let hopeless = found.exhausted && spent == 0;
+    let refuted = matches!(found.verdict, Some(Verdict::NoPassage(_)));
+    if found.moves.is_some() || found.stopped || hopeless || refuted || spent >= budget {
+        return found;
+    }
+    let reach = 2.0 * task.params.cell_size;
+    let verdict = match found.verdict.take() {
+        Some(verdict) => verdict,
+        None => headings::look(task, raster, wave, stop),
+    };
+    let mut dear = match verdict {
+        Verdict::NoPassage(_) => {
+            found.verdict = Some(verdict);
+            return found;
+        }
+        Verdict::Chain(way, _) => {
+            let mut r = raster.clone();
+            r.keep_to(map, &way, BESIDE, DEARER);
+            let mut lazy = Lazy {
+                raster: &mut r,
+                map,
             };
-            let mut found = attempt(task, r, w, split, share.min(budget - spent), stop);
-            let hopeless = found.exhausted && (found.expansions == 0 || split == 2);
+            let w = Wave::new(&mut lazy, task.goal, reach, false);
+            (r, w)
+        }
+        Verdict::Open => (raster.clone(), wave.clone()),
+    };
+    for _ in 0..=DETOURS {
+        let (r, w) = &mut dear;
+        for (split, share) in [(1, SHARES[0]), (2, SHARES[1])] {
+            found = attempt(task, r, w, split, share.min(budget - spent), None, stop);
+            let hopeless = found.exhausted && split == 2;
             spent += found.expansions;
             found.expansions = spent;
             if found.moves.is_some() || found.stopped || hopeless || spent >= budget {
                 return found;
             }
-            last = Some(found.nearest);
         }
-        let (r, w) = dear.get_or_insert_with(|| (raster.clone(), wave.clone()));
-        if let Some(at) = last.and_then(|p| r.index([p[0], p[1]])) {
-            let map = task.map;
+        if let Some(at) = r.index([found.nearest[0], found.nearest[1]]) {
             w.settle(&mut Lazy { raster: r, map }, at);
             let way = w.descend(r, at);
             r.make_dear(map, &way, DEAR, DEARER);
         }
-        let reach = 2.0 * task.params.cell_size;
-        let map = task.map;
         *w = Wave::new(&mut Lazy { raster: r, map }, task.goal, reach, false);
     }
-    let mut found = attempt(task, raster, wave, 2, budget - spent, stop);
+    let mut found = attempt(task, raster, wave, 2, budget - spent, None, stop);
     found.expansions += spent;
     found
 }
 
+/// One search; after `look` expansions it asks whether the footprint can pass, and ends if that leads elsewhere.
 fn attempt<M: Map>(
     task: &Task<'_, M>,
     raster: &mut Raster,
     wave: &mut Wave,
     split: usize,
     budget: usize,
+    look: Option<usize>,
     stop: &mut dyn FnMut() -> bool,
 ) -> Found {
     let Task {
@@ -221,13 +275,7 @@ fn attempt<M: Map>(
     let mut open = BinaryHeap::new();
     let mut outlook = Outlook::new(task, raster);
     let (h0, _) = outlook.seconds(start, task.missing.max(1e-9), raster, wave);
-    let mut found = Found {
-        moves: None,
-        expansions: 0,
-        exhausted: false,
-        stopped: false,
-        nearest: start,
-    };
+    let mut found = Found::nothing(start);
     if h0.is_infinite() {
         found.exhausted = true;
         return found;
@@ -297,6 +345,14 @@ fn attempt<M: Map>(
             return found;
         }
         found.expansions += 1;
+        if look == Some(found.expansions) && best_goal.is_infinite() {
+            let verdict = headings::look(task, raster, wave, stop);
+            let elsewhere = matches!(verdict, Verdict::NoPassage(_) | Verdict::Chain(_, true));
+            found.verdict = Some(verdict);
+            if elsewhere {
+                return found;
+            }
+        }
         if found.expansions >= patience {
             patience *= 2;
             greed *= GREEDIER;
@@ -345,6 +401,7 @@ fn attempt<M: Map>(
             }
         }
         let count = if missing > 0.0 { prims.len() } else { usual };
+        let mut here_room = None;
         for (k, step) in prims[..count].iter().enumerate() {
             // Turning back and forth gains nothing.
             if step.motion == Motion::Turn && by < GOAL {
@@ -388,7 +445,8 @@ fn attempt<M: Map>(
             if h.is_infinite() || cost + low >= best_goal {
                 continue;
             }
-            let Some(swept) = body.sweep(map, pose, step, missing) else {
+            let room = *here_room.get_or_insert_with(|| body.room(map, pose));
+            let Some(swept) = body.sweep(map, pose, step, missing, Some(room)) else {
                 continue;
             };
             if missing > 0.0 && swept.missing <= 0.0 {
@@ -420,102 +478,6 @@ fn attempt<M: Map>(
     }
     found.exhausted = found.moves.is_none();
     found
-}
-
-/// The cheapest free way straight to the goal, if it costs less than `limit`.
-fn shot<M: Map>(
-    task: &Task<'_, M>,
-    pose: [f64; 3],
-    motion: Option<Motion>,
-    missing: f64,
-    limit: f64,
-) -> Option<(Way, f64)> {
-    let mut list: Vec<(f64, Way)> = Vec::new();
-    for way in ways_to_goal(task, pose) {
-        if way.iter().map(|m| task.price.steady(m)).sum::<f64>() >= limit {
-            continue;
-        }
-        let cost = task.price.way(motion, &way);
-        if cost < limit {
-            list.push((cost, way));
-        }
-    }
-    list.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for (cost, way) in list.into_iter().take(3) {
-        let mut p = pose;
-        let mut short = Some(missing);
-        let mut near = 0.0;
-        for m in &way {
-            let swept = short.and_then(|s| task.body.sweep(task.map, p, m, s));
-            short = swept.map(|s| s.missing);
-            let Some(swept) = swept else {
-                break;
-            };
-            near += task.price.closeness(task.map, p, m) + task.price.trouble(m, swept.share);
-            p = m.end(p);
-        }
-        if short == Some(0.0) && cost + near < limit {
-            return Some((way, cost + near));
-        }
-    }
-    None
-}
-
-/// Radii tried for curves, as multiples of the smallest one: driven at full speed, or the car's.
-const RADII: [f64; 3] = [1.02, 1.8, 3.2];
-
-impl<M> Task<'_, M> {
-    /// Radii tried for curves, m.
-    pub(crate) fn radii(&self) -> [f64; 3] {
-        match self.params.drive.radius() {
-            Some(radius) => [radius, RADII[1] * radius, RADII[2] * radius],
-            None => RADII.map(|r| r * self.price.limits.v / self.price.limits.w),
-        }
-    }
-}
-
-/// All the ways from a pose to the goal that ignore obstacles and that the base can drive.
-pub(crate) fn ways_to_goal<M>(task: &Task<'_, M>, pose: [f64; 3]) -> Vec<Way> {
-    let drive = task.params.drive;
-    let tight = task.price.limits.v / task.price.limits.w;
-    let radii = task.radii();
-    let settle = |yaw: f64| task.yaw.nearest(yaw);
-    let mut list = vec![steer::rotate_line(pose, task.goal, Motion::Forward, settle)];
-    let far = (task.goal[0] - pose[0]).hypot(task.goal[1] - pose[1]);
-    if far <= task.params.reverse_reach {
-        list.push(steer::rotate_line(pose, task.goal, Motion::Reverse, settle));
-    }
-    let targets = task.yaw.targets();
-    if targets.is_empty() || matches!(task.yaw, GoalYaw::Within { .. }) {
-        let mut add = |way: Option<Way>| {
-            if let Some(mut way) = way {
-                let end = steer::end(pose, &way);
-                let last = settle(end[2]) - end[2];
-                if last.abs() > 1e-9 {
-                    way.push(Move::turn(last));
-                }
-                list.push(way);
-            }
-        };
-        let arc = steer::single_arc(pose, task.goal, Motion::Forward);
-        add(arc
-            .filter(|a| a.curvature.abs() * tight <= 1.0)
-            .map(|a| vec![a]));
-        for r in radii {
-            for side in [1.0, -1.0] {
-                add(steer::arc_line(pose, task.goal, r, side, Motion::Forward));
-            }
-        }
-    }
-    for yaw in targets {
-        let to = [task.goal[0], task.goal[1], yaw];
-        steer::between(pose, to, &radii, drive, &mut list);
-        if far <= 3.0 * task.params.reverse_reach {
-            steer::dubins(pose, to, radii[0], Motion::Reverse, |way| list.push(way));
-        }
-    }
-    list.retain(|way| way.iter().all(|m| drive.allows(m)));
-    list
 }
 
 fn trace(nodes: &[Node], ways: &[Way], prims: &[Move], goal: u32) -> Way {

@@ -2,7 +2,8 @@
 
 use crate::Map;
 use crate::moves::{Motion, Move};
-use crate::search::{Task, merge, ways_to_goal};
+use crate::search::{Task, merge};
+use crate::shot::ways_to_goal;
 use crate::steer::{self, Way};
 
 /// A move with its start and the price of its closeness.
@@ -66,7 +67,7 @@ fn cut<M: Map>(task: &Task<'_, M>, moves: &[Move], length: f64) -> Vec<Piece> {
             let mut near = task.price.closeness(task.map, from, &step);
             if missing > 0.0 {
                 // Driven before in other pieces: a rounding away from the limit it still counts as trouble all along.
-                let swept = task.body.sweep(task.map, from, &step, missing);
+                let swept = task.body.sweep(task.map, from, &step, missing, None);
                 missing = swept.map_or(missing, |s| s.missing);
                 near += task.price.trouble(&step, swept.map_or(1.0, |s| s.share));
             }
@@ -205,9 +206,11 @@ fn cut_from<M: Map>(
     let mut missing = missing;
     let mut near = 0.0;
     let mut out = Vec::new();
+    let mut beside = None;
     for m in way {
-        let swept = task.body.sweep(task.map, p, m, missing)?;
+        let swept = task.body.sweep(task.map, p, m, missing, beside)?;
         missing = swept.missing;
+        beside = Some(swept.room);
         let n = if m.motion == Motion::Turn {
             1.0
         } else {

@@ -458,3 +458,86 @@ fn cars_turn_around_without_turning_in_place() {
         "drive.radius = 0 must be positive and finite"
     );
 }
+
+/// An outline of 0.7 m by 0.5 m and 2 cm of margin, on a map whose blocked cells are points.
+fn outlined(map: Grid, start: [f64; 3], goal: [f64; 2]) -> Plan {
+    let robot = Footprint::rectangle(0.7, 0.5, 3);
+    let map = map.with_inset(0.0);
+    plan(
+        &map,
+        &robot,
+        start,
+        goal,
+        &GoalYaw::Free,
+        &Params::default(),
+    )
+    .unwrap()
+}
+
+/// A room, and a corridor of `wide` cells from it that turns a corner.
+fn bend(wide: usize) -> Grid {
+    let blocked: Vec<bool> = (0..160 * 120)
+        .map(|i| {
+            let (x, y) = (i % 160, i / 160);
+            let room = (5..50).contains(&x) && (5..50).contains(&y);
+            let along = (5..130).contains(&x) && (60..60 + wide).contains(&y);
+            let up = (130 - wide..130).contains(&x) && (60..115).contains(&y);
+            let from_room = (20..20 + wide).contains(&x) && (40..65).contains(&y);
+            !(room || along || up || from_room)
+        })
+        .collect();
+    Grid::new([160, 120], 0.05, [0.0; 2], &blocked).unwrap()
+}
+
+#[test]
+fn a_corner_too_tight_for_the_footprint_is_refused_with_its_place() {
+    let (start, goal) = ([3.0, 3.3, 0.0], [6.2, 5.3]);
+    // A box of length L and width W turns a square corner of width w if L + 2 W <= 2 sqrt(2) w: with the margin,
+    // 0.74 and 0.54 m, from 0.644 m on. The centres of the cells at the sides of n free ones are n + 1 cells apart.
+    let wide = outlined(bend(20), start, goal);
+    assert_eq!(wide.status, Status::Solved, "{:?}", wide.reason);
+    let tight = outlined(bend(11), start, goal);
+    assert_eq!(tight.status, Status::NoPassage, "{:?}", tight.reason);
+    let Some(Reason::NoPassage {
+        at,
+        clearance,
+        radius,
+        need,
+    }) = tight.reason.clone()
+    else {
+        panic!("{:?}", tight.reason);
+    };
+    assert!((at[0] - 6.2).hypot(at[1] - 3.3) < 1.0, "{at:?}");
+    assert!((radius - 0.27).abs() < 1e-9 && (need - 0.37f64.hypot(0.27)).abs() < 1e-9);
+    assert!(clearance < need);
+    let text = tight.reason.unwrap().to_string();
+    assert!(
+        text.contains("does not fit through at (") && text.contains("0.270 m"),
+        "{text}"
+    );
+    assert!(tight.expansions < 2000, "{}", tight.expansions);
+}
+
+#[test]
+fn narrow_doors_are_refused_by_proof_and_wide_ones_passed() {
+    let door = |cells: usize| {
+        let blocked: Vec<bool> = (0..160 * 120)
+            .map(|i| {
+                let (x, y) = (i % 160, i / 160);
+                (80..83).contains(&x) && !(50..50 + cells).contains(&y)
+            })
+            .collect();
+        Grid::new([160, 120], 0.05, [0.0; 2], &blocked).unwrap()
+    };
+    let (start, goal) = ([1.0, 1.0, 0.0], [7.0, 5.0]);
+    // The centres of the cells at the jambs of a gap of n cells are n + 1 cells apart; 0.54 m are needed.
+    for (cells, open) in [(11, true), (10, true), (9, false), (7, false), (5, false)] {
+        let found = outlined(door(cells), start, goal);
+        if open {
+            assert_eq!(found.status, Status::Solved, "{cells}: {:?}", found.reason);
+        } else {
+            let proved = matches!(found.status, Status::NoPassage | Status::Disconnected);
+            assert!(proved, "{cells}: {:?}", found.reason);
+        }
+    }
+}

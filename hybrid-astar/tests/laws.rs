@@ -187,3 +187,68 @@ proptest! {
         }
     }
 }
+
+/// A footprint that is not the same backwards, on a map whose blocked cells are points.
+fn wedge() -> Footprint {
+    Footprint::polygon(&[[-0.3, -0.25], [0.4, -0.2], [0.4, 0.2], [-0.3, 0.25]])
+}
+
+/// For both directions alike: no price on driving backwards, and no limit.
+fn either_way() -> Params {
+    Params {
+        limits: Limits {
+            a: f64::INFINITY,
+            alpha: f64::INFINITY,
+            ..Limits::default()
+        },
+        reverse_factor: 1.0,
+        reverse_reach: 1e3,
+        start_tolerance: 0.0,
+        ..Params::default()
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// Driven backwards a path leads from its end to its start: what can be planned one way can be planned the other
+    /// way, and takes about as long.
+    #[test]
+    fn paths_lead_both_ways(map in room(), a in share(), b in share()) {
+        let map = map.with_inset(0.0);
+        let (start, goal) = (pose(&map, a), pose(&map, b));
+        let ask = |from: [f64; 3], to: [f64; 3]| {
+            plan(&map, &wedge(), from, [to[0], to[1]], &GoalYaw::Fixed(to[2]), &either_way()).unwrap()
+        };
+        let (there, back) = (ask(start, goal), ask(goal, start));
+        prop_assert_eq!(there.is_solved(), back.is_solved(), "{:?} {:?}", there.reason, back.reason);
+        if there.is_solved() {
+            let (t, u) = (there.seconds, back.seconds);
+            prop_assert!(t <= 1.3 * u + 1.5 && u <= 1.3 * t + 1.5, "{t} {u}");
+        }
+    }
+
+    /// A quarter turn of everything turns the answer with it: solved or not, and about as quick.
+    #[test]
+    fn plans_turn_with_the_map(map in room(), a in share(), b in share()) {
+        let [w, h] = map.size();
+        let blocked: Vec<bool> = (0..w * h).map(|i| {
+            let (u, v) = (i % h, i / h);
+            map.is_blocked([v as i32, (h - 1 - u) as i32])
+        }).collect();
+        let turned = grid::Grid::new([h, w], 0.1, [0.0; 2], &blocked).unwrap().with_inset(0.0);
+        let map = map.with_inset(0.0);
+        let (low, high) = map.bounds();
+        let there = |p: [f64; 3]| [high[1] - p[1], p[0] - low[0], p[2] + std::f64::consts::FRAC_PI_2];
+        let (start, goal) = (pose(&map, a), pose(&map, b));
+        let ask = |map: &grid::Grid, from: [f64; 3], to: [f64; 3]| {
+            plan(map, &wedge(), from, [to[0], to[1]], &GoalYaw::Fixed(to[2]), &either_way()).unwrap()
+        };
+        let (one, two) = (ask(&map, start, goal), ask(&turned, there(start), there(goal)));
+        prop_assert_eq!(one.is_solved(), two.is_solved(), "{:?} {:?}", one.reason, two.reason);
+        if one.is_solved() {
+            let (t, u) = (one.seconds, two.seconds);
+            prop_assert!(t <= 1.1 * u + 0.5 && u <= 1.1 * t + 0.5, "{t} {u}");
+        }
+    }
+}

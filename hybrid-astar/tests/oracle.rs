@@ -3,6 +3,9 @@ mod common;
 
 use common::room;
 use hybrid_astar::*;
+use parry3d::math::{Pose, Rotation, Vector};
+use parry3d::query::PointQuery;
+use parry3d::shape::Cuboid;
 use proptest::prelude::*;
 
 proptest! {
@@ -193,6 +196,39 @@ proptest! {
             let (u, v) = ((k * 7) % w, (k * 11) % h);
             let (p, q) = (a.distance(at(u, v)), b.distance(there(u, v)));
             prop_assert!(p == q || (p - q).abs() < 1e-3, "{p} {q}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// The filled footprint as a box of parry3d along the whole path: no centre of a blocked cell in it, nor any in
+    /// the margin but for what lies between two checks.
+    #[test]
+    fn footprints_stay_clear_by_parry(map in room(), a in (0.05f64..0.95, 0.05f64..0.95, 0.0f64..1.0), b in (0.05f64..0.95, 0.05f64..0.95, 0.0f64..1.0)) {
+        let map = map.with_inset(0.0);
+        let robot = Footprint::rectangle(0.7, 0.5, 3);
+        let (start, goal) = (common::pose(&map, a), common::pose(&map, b));
+        let params = Params { start_tolerance: 0.0, margin: 0.03, check_step: 0.04, ..Params::default() };
+        let plan = plan(&map, &robot, start, [goal[0], goal[1]], &GoalYaw::Free, &params).unwrap();
+        let shape = Cuboid::new(Vector::new(0.35, 0.25, 0.5));
+        let (low, _) = map.bounds();
+        let [w, h] = map.size();
+        for p in common::dense(&plan.poses()).into_iter().step_by(2) {
+            let pose = Pose::from_parts(Vector::new(p[0] as f32, p[1] as f32, 0.0), Rotation::from_rotation_z(p[2] as f32));
+            let cell = |v: f64, axis: usize| ((v - low[axis]) / 0.1) as i32;
+            let (cx, cy) = (cell(p[0], 0), cell(p[1], 1));
+            for y in (cy - 6).max(-1)..=(cy + 6).min(h as i32) {
+                for x in (cx - 6).max(-1)..=(cx + 6).min(w as i32) {
+                    if map.is_blocked([x, y]) {
+                        let at = [0, 1].map(|k| (low[k] + (f64::from([x, y][k]) + 0.5) * 0.1) as f32);
+                        let d = shape.distance_to_point(&pose, Vector::new(at[0], at[1], 0.0), true);
+                        // Half a check step less than the margin; poses between samples of the path lie a millimetre off.
+                        prop_assert!(d > 0.03 - 0.02 - 0.002, "{d} at {p:?}");
+                    }
+                }
+            }
         }
     }
 }
