@@ -94,7 +94,7 @@ impl Barrier {
     }
 }
 
-/// A barrier over four lanes that adds up as it goes: slopes and curvatures at once, values as one logarithm of a product.
+/// A barrier over many lanes that adds up as it goes: slopes and curvatures at once, values as one logarithm of a product.
 pub(crate) struct Sum<V> {
     mu: V,
     delta: V,

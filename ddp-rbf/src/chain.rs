@@ -1,4 +1,4 @@
-//! A robot made of spheres on a serial arm, fixed or on a planar base: where the spheres are and how they move, for four
+//! A robot made of spheres on a serial arm, fixed or on a planar base: where the spheres are and how they move, for many
 //! knots at once.
 
 use crate::elementary::sin_cos;
@@ -158,7 +158,7 @@ impl Chain {
                 index: state.len(),
             });
         }
-        let mut placed: Placed<Portable> = Placed::new();
+        let mut placed: Placed<Portable<1>> = Placed::new();
         let mut at = [Portable::zero(); MAX_STATES];
         for (to, from) in at.iter_mut().zip(state) {
             *to = Portable::splat(*from);
@@ -175,7 +175,7 @@ impl Chain {
     ///
     /// No closures here and in other kernels: they would be compiled without the wide vectors' instructions.
     #[inline(always)]
-    pub(crate) fn place<V: Vector>(
+    pub(crate) fn place<const L: usize, V: Vector<L>>(
         &self,
         state: &[V; MAX_STATES],
         last: usize,
@@ -253,19 +253,19 @@ impl Chain {
 
 /// A vector of the base frame in the world; `turn` is sine and cosine of the yaw.
 #[inline(always)]
-fn turned<V: Vector>(turn: &[V; 2], v: &[f64; 3]) -> [V; 3] {
+fn turned<const L: usize, V: Vector<L>>(turn: &[V; 2], v: &[f64; 3]) -> [V; 3] {
     let ([s, c], x, y) = (*turn, V::splat(v[0]), V::splat(v[1]));
     [s.neg_mul_add(y, c * x), s.mul_add(x, c * y), V::splat(v[2])]
 }
 
 /// A point of the base frame in the world.
 #[inline(always)]
-fn point_of<V: Vector>(turn: &[V; 2], base: &[V; 2], v: &[f64; 3]) -> [V; 3] {
+fn point_of<const L: usize, V: Vector<L>>(turn: &[V; 2], base: &[V; 2], v: &[f64; 3]) -> [V; 3] {
     let p = turned(turn, v);
     [base[0] + p[0], base[1] + p[1], p[2]]
 }
 
-/// A chain at four states.
+/// A chain at as many states as a vector has lanes.
 pub(crate) struct Placed<V> {
     /// Centres of the spheres.
     pub(crate) centers: [[V; 3]; MAX_SPHERES],
@@ -277,10 +277,13 @@ pub(crate) struct Placed<V> {
     pub(crate) base: [V; 2],
 }
 
-impl<V: Vector> Placed<V> {
+impl<V: Copy> Placed<V> {
     /// All zero.
     #[inline(always)]
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new<const L: usize>() -> Self
+    where
+        V: Vector<L>,
+    {
         let zero = V::zero();
         Self {
             centers: [[zero; 3]; MAX_SPHERES],
@@ -292,7 +295,10 @@ impl<V: Vector> Placed<V> {
 
     /// How fast a force `n` at a point (with `torque` = point cross n) is lifted by joint `j`: n . (axis x (point - origin)).
     #[inline(always)]
-    pub(crate) fn lift(&self, j: usize, n: &[V; 3], torque: &[V; 3]) -> V {
+    pub(crate) fn lift<const L: usize>(&self, j: usize, n: &[V; 3], torque: &[V; 3]) -> V
+    where
+        V: Vector<L>,
+    {
         let (a, m) = (&self.axes[j], &self.moments[j]);
         let near = a[0].mul_add(torque[0], a[1].mul_add(torque[1], a[2] * torque[2]));
         m[0].mul_add(n[0], m[1].mul_add(n[1], m[2].mul_add(n[2], near)))
@@ -300,7 +306,7 @@ impl<V: Vector> Placed<V> {
 }
 
 #[inline(always)]
-pub(crate) fn cross<V: Vector>(a: [V; 3], b: [V; 3]) -> [V; 3] {
+pub(crate) fn cross<const L: usize, V: Vector<L>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
     [
         a[2].neg_mul_add(b[1], a[1] * b[2]),
         a[0].neg_mul_add(b[2], a[2] * b[0]),

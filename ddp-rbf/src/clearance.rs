@@ -1,4 +1,4 @@
-//! Clearance of a robot made of spheres: to a distance field, to half-spaces, and to itself, four knots at a time.
+//! Clearance of a robot made of spheres: to a distance field, to half-spaces, and to itself, many knots at a time.
 
 use crate::barrier::{Barrier, Sum};
 use crate::chain::{Chain, MAX_STATES, Placed, cross};
@@ -61,15 +61,21 @@ pub struct PairClearance<'a> {
     pub name: &'static str,
 }
 
-/// The constraints of a group at four knots, one after the other. No closures, for the reason given at [`Chain::place`].
+/// The constraints of a group at several knots, one after the other. No closures, for the reason given at [`Chain::place`].
 trait Terms {
     /// How many there are.
     fn len(&self) -> usize;
     /// Asks a field about constraints `from` to `from + CHUNK`, if there is one.
     fn ask<V: Vector>(&self, placed: &Placed<V>, from: usize, answers: &mut [[Lanes; 4]; CHUNK]);
-    /// Constraint `i`, with the field's answer; `None` if it lies beyond the cut-off at all four knots.
-    fn term<V: Vector>(&self, placed: &Placed<V>, i: usize, answer: &[Lanes; 4])
-    -> Option<Term<V>>;
+    /// Asks the field about constraint `i` at one knot.
+    fn ask_one(&self, placed: &Placed<Portable<1>>, i: usize) -> [[f64; 1]; 4];
+    /// Constraint `i`, with the field's answer; `None` if it lies beyond the cut-off at all knots.
+    fn term<const L: usize, V: Vector<L>>(
+        &self,
+        placed: &Placed<V>,
+        i: usize,
+        answer: &[[f64; L]; 4],
+    ) -> Option<Term<V>>;
     /// Deepest link whose place is needed.
     fn last(&self) -> usize;
     /// Whether places in the world are needed.
@@ -79,9 +85,9 @@ trait Terms {
 }
 
 /// Constraints whose field is asked at once.
-const CHUNK: usize = 8;
+const CHUNK: usize = 16;
 
-/// One constraint at four knots.
+/// One constraint at several knots.
 struct Term<V> {
     z: V,
     /// Gradient of z by the point that moves.
@@ -110,12 +116,17 @@ impl<F: Field> Terms for SphereClearance<'_, F> {
         }
         self.field.batch(&points[..n], &mut answers[..n]);
     }
+    fn ask_one(&self, placed: &Placed<Portable<1>>, i: usize) -> [[f64; 1]; 4] {
+        let center = &placed.centers[self.spheres[i]];
+        let (distance, [x, y, z]) = self.field.distance_gradient(center.map(|v| v.array()[0]));
+        [[distance], [x], [y], [z]]
+    }
     #[inline(always)]
-    fn term<V: Vector>(
+    fn term<const L: usize, V: Vector<L>>(
         &self,
         placed: &Placed<V>,
         i: usize,
-        answer: &[Lanes; 4],
+        answer: &[[f64; L]; 4],
     ) -> Option<Term<V>> {
         let i = self.spheres[i];
         let sphere = &self.chain.spheres()[i];
@@ -152,8 +163,16 @@ impl Terms for PlaneClearance<'_> {
     }
     #[inline(always)]
     fn ask<V: Vector>(&self, _: &Placed<V>, _: usize, _: &mut [[Lanes; 4]; CHUNK]) {}
+    fn ask_one(&self, _: &Placed<Portable<1>>, _: usize) -> [[f64; 1]; 4] {
+        [[0.0]; 4]
+    }
     #[inline(always)]
-    fn term<V: Vector>(&self, placed: &Placed<V>, i: usize, _: &[Lanes; 4]) -> Option<Term<V>> {
+    fn term<const L: usize, V: Vector<L>>(
+        &self,
+        placed: &Placed<V>,
+        i: usize,
+        _: &[[f64; L]; 4],
+    ) -> Option<Term<V>> {
         let (s, plane) = (i / self.planes.len(), i % self.planes.len());
         let (i, [x, y, z, offset]) = (self.spheres[s], self.planes[plane]);
         let sphere = &self.chain.spheres()[i];
@@ -189,8 +208,16 @@ impl Terms for PairClearance<'_> {
     }
     #[inline(always)]
     fn ask<V: Vector>(&self, _: &Placed<V>, _: usize, _: &mut [[Lanes; 4]; CHUNK]) {}
+    fn ask_one(&self, _: &Placed<Portable<1>>, _: usize) -> [[f64; 1]; 4] {
+        [[0.0]; 4]
+    }
     #[inline(always)]
-    fn term<V: Vector>(&self, placed: &Placed<V>, i: usize, _: &[Lanes; 4]) -> Option<Term<V>> {
+    fn term<const L: usize, V: Vector<L>>(
+        &self,
+        placed: &Placed<V>,
+        i: usize,
+        _: &[[f64; L]; 4],
+    ) -> Option<Term<V>> {
         let all = self.chain.spheres();
         let (i, j) = self.pairs[i];
         let (near, far) = if all[i].link <= all[j].link {
@@ -209,9 +236,9 @@ impl Terms for PairClearance<'_> {
                 return None;
             }
         }
-        let length = square.sqrt();
-        // Keeps the direction finite where centres meet.
-        let inverse = V::splat(1.0) / length.max(V::splat(1e-9));
+        // The least square keeps the direction finite where centres meet.
+        let inverse = square.max(V::splat(1e-18)).inverse_sqrt();
+        let length = square * inverse;
         // A push along the line through both centres lifts only the joints between the two links.
         Some(Term {
             z: length - V::splat(needs),
@@ -242,7 +269,7 @@ fn deepest(chain: &Chain, spheres: impl Iterator<Item = usize>) -> usize {
 
 /// Gradient of a term by the states that move spheres, into `out` from the returned index to `base_states + term.last`.
 #[inline(always)]
-fn row<V: Vector>(
+fn row<const L: usize, V: Vector<L>>(
     term: &Term<V>,
     placed: &Placed<V>,
     base_states: usize,
@@ -341,27 +368,69 @@ impl<T: Terms, const NX: usize, const NU: usize> Kernel for Batch<'_, '_, T, NX,
                 total.sum += value[lane];
                 total.least = total.least.min(least[lane]);
             }
-            if let Some(models) = &mut models {
-                for j in from..states {
-                    let slopes = gradient[j].array();
-                    for lane in 0..lanes {
-                        models[k + lane].x[j] += slopes[lane];
-                    }
-                    for i in from..=j {
-                        let bends = hessian[j][i].array();
-                        for lane in 0..lanes {
-                            let xx = &mut models[k + lane].xx;
-                            xx[(i, j)] += bends[lane];
-                            if i < j {
-                                xx[(j, i)] += bends[lane];
-                            }
-                        }
-                    }
-                }
+            if let Some(models) = &mut models
+                && from < states
+            {
+                let models = &mut models[k..k + lanes];
+                add_models(&gradient, &hessian, from, states, models);
             }
             k += LANES;
         }
         total
+    }
+}
+
+/// Adds gradients and Hessians (lower triangles) of the states `from..states`, lanes to knots.
+#[inline(always)]
+fn add_models<V: Vector, const NX: usize, const NU: usize>(
+    gradient: &[V; MAX_STATES],
+    hessian: &[[V; MAX_STATES]; MAX_STATES],
+    from: usize,
+    states: usize,
+    models: &mut [Expansion<NX, NU>],
+) {
+    let mut rest = from;
+    if NX >= LANES {
+        // As many states as there are lanes at a time: after a transposition each knot's share is contiguous. The block may
+        // take in states before `from`, to which it adds zero.
+        let start = from.min(NX - LANES);
+        rest = states.min(start + LANES);
+        let mut rows = [V::zero(); LANES];
+        rows[from - start..rest - start].copy_from_slice(&gradient[from..rest]);
+        let rows = V::transpose(rows);
+        for (model, row) in models.iter_mut().zip(rows) {
+            add_to(&mut model.x.as_mut_slice()[start..], row);
+        }
+        for j in from..states {
+            let mut rows = [V::zero(); LANES];
+            for i in from..rest {
+                rows[i - start] = hessian[j.max(i)][j.min(i)];
+            }
+            let rows = V::transpose(rows);
+            for (model, row) in models.iter_mut().zip(rows) {
+                add_to(&mut model.xx.as_mut_slice()[j * NX + start..], row);
+            }
+        }
+    }
+    for i in rest..states {
+        let slopes = gradient[i].array();
+        for (model, slope) in models.iter_mut().zip(slopes) {
+            model.x[i] += slope;
+        }
+        for j in from..states {
+            let bends = hessian[j.max(i)][j.min(i)].array();
+            for (model, bend) in models.iter_mut().zip(bends) {
+                model.xx[(i, j)] += bend;
+            }
+        }
+    }
+}
+
+/// Adds to the first [`LANES`] entries.
+#[inline(always)]
+fn add_to<V: Vector>(entries: &mut [f64], row: V) {
+    if let Some(to) = entries.first_chunk_mut::<LANES>() {
+        (V::load(to) + row).store(to);
     }
 }
 
@@ -373,21 +442,17 @@ fn visit_rows<const NX: usize>(
 ) {
     let chain = terms.chain();
     let base_states = chain.base_states();
-    let mut at = [Portable::zero(); MAX_STATES];
+    let mut at = [Portable::<1>::zero(); MAX_STATES];
     for (to, from) in at.iter_mut().zip(x.iter()) {
         *to = Portable::splat(*from);
     }
     let mut placed = Placed::new();
     chain.place(&at, terms.last(), terms.world(), &mut placed);
-    let mut answers = [[[0.0; LANES]; 4]; CHUNK];
     for i in 0..terms.len() {
-        if i % CHUNK == 0 {
-            terms.ask(&placed, i, &mut answers);
-        }
-        let Some(term) = terms.term(&placed, i, &answers[i % CHUNK]) else {
+        let Some(term) = terms.term(&placed, i, &terms.ask_one(&placed, i)) else {
             continue;
         };
-        let mut slopes = [Portable::zero(); MAX_STATES];
+        let mut slopes = [Portable::<1>::zero(); MAX_STATES];
         let start = row(&term, &placed, base_states, &mut slopes);
         let end = base_states + term.last;
         let row = SVector::from_fn(|i, _| {

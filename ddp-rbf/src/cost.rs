@@ -28,6 +28,18 @@ impl<const NX: usize, const NU: usize> Expansion<NX, NU> {
             ux: SMatrix::zeros(),
         }
     }
+
+    /// Makes everything zero in place; mixed derivatives only if `coupled`, otherwise they must be zero already.
+    #[inline]
+    pub(crate) fn clear(&mut self, coupled: bool) {
+        self.x.as_mut_slice().fill(0.0);
+        self.u.as_mut_slice().fill(0.0);
+        self.xx.as_mut_slice().fill(0.0);
+        self.uu.as_mut_slice().fill(0.0);
+        if coupled {
+            self.ux.as_mut_slice().fill(0.0);
+        }
+    }
 }
 
 /// A cost over a horizon of knots `0..=n`; inputs act on `0..n`.

@@ -7,7 +7,7 @@ use crate::simd::Vector;
 /// Sine and cosine. Angles beyond 1e5 rad, where the reduction would lose digits, and what is not finite go to the standard
 /// library one by one.
 #[inline(always)]
-pub(crate) fn sin_cos<V: Vector>(x: V) -> (V, V) {
+pub(crate) fn sin_cos<const L: usize, V: Vector<L>>(x: V) -> (V, V) {
     if !x.abs().all_less(V::splat(1e5)) {
         let (mut s, mut c) = (x.array(), x.array());
         for (s, c) in s.iter_mut().zip(&mut c) {
@@ -46,7 +46,7 @@ pub(crate) fn sin_cos<V: Vector>(x: V) -> (V, V) {
 
 /// Exponential; arguments below -700 give the value at -700.
 #[inline(always)]
-pub(crate) fn exp<V: Vector>(x: V) -> V {
+pub(crate) fn exp<const L: usize, V: Vector<L>>(x: V) -> V {
     let x = x.max(V::splat(-700.0)).min(V::splat(700.0));
     let n = round(x * V::splat(std::f64::consts::LOG2_E));
     let r = n.neg_mul_add(V::splat(LN_2[0]), x);
@@ -60,7 +60,7 @@ pub(crate) fn exp<V: Vector>(x: V) -> V {
 
 /// Natural logarithm of positive normal numbers.
 #[inline(always)]
-pub(crate) fn ln<V: Vector>(x: V) -> V {
+pub(crate) fn ln<const L: usize, V: Vector<L>>(x: V) -> V {
     let (m, e) = x.split();
     // Mantissa between 1/sqrt 2 and sqrt 2, so that the series converges fast and ln 1 is exactly 0.
     let root = V::splat(std::f64::consts::SQRT_2);
@@ -79,9 +79,16 @@ pub(crate) fn ln<V: Vector>(x: V) -> V {
 
 /// The nearest integer, ties to even, for magnitudes below 2^51.
 #[inline(always)]
-fn round<V: Vector>(x: V) -> V {
+fn round<const L: usize, V: Vector<L>>(x: V) -> V {
     let magic = V::splat(6_755_399_441_055_744.0);
     (x + magic) - magic
+}
+
+/// The largest integer not above, for magnitudes below 2^51.
+#[inline(always)]
+pub(crate) fn floor<const L: usize, V: Vector<L>>(x: V) -> V {
+    let nearest = round(x);
+    nearest - x.if_less(nearest, V::splat(1.0), V::zero())
 }
 
 /// pi/2 in three parts, the first two of 33 bits.
@@ -149,44 +156,37 @@ const EXPONENTIAL: [f64; 14] = [
 #[cfg(test)]
 mod tests {
     use super::{exp, ln, sin_cos};
-    use crate::simd::{Portable, Vector};
+    use crate::simd::{Kernel, Vector, with_every_kind};
 
-    fn agree<V: Vector>() {
-        let mut worst = [0.0f64; 3];
-        for i in 0..40_000 {
-            let t = f64::from(i) - 20_000.0;
-            let angle = t * 0.031 + 1e-7 * t * t;
-            let (s, c) = sin_cos(V::splat(angle));
-            let (es, ec) = angle.sin_cos();
-            worst[0] = worst[0].max((s.array()[1] - es).abs().max((c.array()[2] - ec).abs()));
-            let x = t * 0.03;
-            worst[1] = worst[1].max((exp(V::splat(x)).array()[0] / x.exp() - 1.0).abs());
-            let p = (t * 0.02).exp();
-            worst[2] =
-                worst[2].max((ln(V::splat(p)).array()[3] - p.ln()).abs() / (1.0 + p.ln().abs()));
-        }
-        assert!(worst.iter().all(|&w| w < 4e-16), "{worst:?}");
-        assert_eq!(ln(V::splat(1.0)).array(), [0.0; 4]);
-        assert!(sin_cos(V::splat(f64::NAN)).0.array()[0].is_nan());
-        assert!((sin_cos(V::splat(1e9)).0.array()[0] - 1e9f64.sin()).abs() < 1e-15);
-    }
+    #[derive(Clone)]
+    struct Agree;
 
-    #[test]
-    fn plain_arrays_agree_with_the_standard_library() {
-        agree::<Portable>();
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[test]
-    fn wide_vectors_agree_with_the_standard_library() {
-        struct Run;
-        impl crate::simd::Kernel for Run {
-            type Output = ();
-            #[inline(always)]
-            fn run<V: Vector>(self) {
-                agree::<V>();
+    impl Kernel for Agree {
+        type Output = ();
+        #[inline(always)]
+        fn run<V: Vector>(self) {
+            let mut worst = [0.0f64; 3];
+            for i in 0..40_000 {
+                let t = f64::from(i) - 20_000.0;
+                let angle = t * 0.031 + 1e-7 * t * t;
+                let (s, c) = sin_cos(V::splat(angle));
+                let (es, ec) = angle.sin_cos();
+                worst[0] = worst[0].max((s.array()[1] - es).abs().max((c.array()[2] - ec).abs()));
+                let x = t * 0.03;
+                worst[1] = worst[1].max((exp(V::splat(x)).array()[0] / x.exp() - 1.0).abs());
+                let p = (t * 0.02).exp();
+                let off = (ln(V::splat(p)).array()[3] - p.ln()).abs() / (1.0 + p.ln().abs());
+                worst[2] = worst[2].max(off);
             }
+            assert!(worst.iter().all(|&w| w < 4e-16), "{worst:?}");
+            assert_eq!(ln(V::splat(1.0)).array(), [0.0; 8]);
+            assert!(sin_cos(V::splat(f64::NAN)).0.array()[0].is_nan());
+            assert!((sin_cos(V::splat(1e9)).0.array()[0] - 1e9f64.sin()).abs() < 1e-15);
         }
-        crate::simd::dispatch(Run);
+    }
+
+    #[test]
+    fn every_kind_of_vector_agrees_with_the_standard_library() {
+        with_every_kind(&Agree);
     }
 }

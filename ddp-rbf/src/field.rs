@@ -1,8 +1,8 @@
 //! Distance fields: the trait, and two ready-made ones: boxes and a voxel grid.
 
-use crate::elementary::{exp, ln};
+use crate::elementary::{exp, floor, ln};
 use crate::error::{Error, positive};
-use crate::simd::{Kernel, LANES, Lanes, Vector, dispatch};
+use crate::simd::{Kernel, LANES, Lanes, Portable, Vector, dispatch};
 
 /// A field of distances to obstacles.
 ///
@@ -52,10 +52,11 @@ pub struct BoxField {
     beta: f64,
 }
 
-/// Beyond this many metres above the least distance a box has no part in the soft minimum (exp(-37) at beta = 50).
-const SOFT_REACH: f64 = 37.5;
+/// A box this much (times 1 / beta) farther than the nearest has no part in the soft minimum: exp(-32) / beta is below the
+/// rounding of a distance of a metre.
+const SOFT_REACH: f64 = 32.0;
 /// Boxes whose distance is remembered from the first look; those after them are measured again.
-const REMEMBERED: usize = 24;
+const REMEMBERED: usize = 32;
 
 impl BoxField {
     /// Boxes as `[cx, cy, cz, hx, hy, hz]` (centre and half extents, m), the height of the floor, and beta (1/m).
@@ -94,58 +95,75 @@ impl BoxField {
         boxes.fold(floor, f64::min)
     }
 
-    /// Distance and gradient at four points; `all` is room for the distances of the first boxes.
+    /// Distance and gradient at many points; `squares` is room for the first boxes.
     #[inline(always)]
-    fn group<V: Vector>(&self, point: [V; 3], all: &mut [V; REMEMBERED]) -> [V; 4] {
-        let zero = V::zero();
-        // First the least, so that only boxes near it cost an exponential and a gradient.
-        let mut least = match self.floor {
-            Some(h) => point[2] - V::splat(h),
-            None => V::splat(f64::MAX),
-        };
+    fn group<V: Vector>(&self, point: [V; 3], squares: &mut [V; REMEMBERED]) -> [V; 4] {
+        let (zero, one) = (V::zero(), V::splat(1.0));
+        // First the least, squared, so that only boxes near it cost a root, an exponential and a gradient.
+        let mut least = V::splat(f64::MAX);
         for (i, b) in self.boxes.iter().enumerate() {
-            let d = ToBox::new(b, &point).distance;
-            if i < all.len() {
-                all[i] = d;
+            let square = ToBox::new(b, &point).square;
+            if i < squares.len() {
+                squares[i] = square;
             }
-            least = d.min(least);
+            least = square.min(least);
+        }
+        let floor = self.floor.map(|h| point[2] - V::splat(h));
+        let inside = !V::splat(SMOOTH).all_less(least);
+        least = least.sqrt();
+        if inside {
+            // Some point may lie within boxes, where the depth counts.
+            for b in &self.boxes {
+                let ToBox { q, square, .. } = ToBox::new(b, &point);
+                least = (square.sqrt() + depth(&q)).min(least);
+            }
+        }
+        if let Some(height) = floor {
+            least = height.min(least);
         }
         let beta = V::splat(self.beta);
         let reach = least + V::splat(SOFT_REACH / self.beta);
+        // A box that holds the point is never far.
+        let far = reach.max(zero);
+        let far = far.mul_add(far, V::splat(2.0 * SMOOTH));
+        // Listed first: a jump per box would often be foretold wrong.
+        let mut near = [0; REMEMBERED];
+        let mut count = 0;
+        let first = self.boxes.len().min(REMEMBERED);
+        for i in 0..first {
+            near[count] = i;
+            count += usize::from(!far.all_less(squares[i]));
+        }
+        let low = floor.filter(|height| !reach.all_less(*height));
+        let others = self.boxes.len() - first;
+        if (count, others, low.is_none()) == (1, 0, true) {
+            // Nothing but one box: the soft minimum is its distance.
+            let (distance, slopes) = ToBox::new(&self.boxes[near[0]], &point).slopes(inside);
+            return [distance, slopes[0], slopes[1], slopes[2]];
+        }
         let mut sum = zero;
         let mut gradient = [zero; 3];
-        for (i, b) in self.boxes.iter().enumerate() {
-            if i < all.len() && reach.all_less(all[i]) {
-                continue;
-            }
-            let ToBox {
-                q,
-                out,
-                root,
-                distance,
-            } = ToBox::new(b, &point);
+        for k in 0..count + others {
+            let b = &self.boxes[if k < count {
+                near[k]
+            } else {
+                first + k - count
+            }];
+            let (distance, slopes) = ToBox::new(b, &point).slopes(inside);
             let weight = reach.if_less(distance, zero, exp((least - distance) * beta));
             sum = sum + weight;
-            // Outside the slope of the root, inside one along the nearest face.
-            let inverse = V::splat(1.0) / root;
-            let top = q[0].max(q[1]).max(q[2]);
-            let mut open = top.if_less(zero, V::splat(1.0), zero);
             for a in 0..3 {
-                let nearest = q[a].if_less(top, zero, open);
-                open = open - nearest;
-                let slope = out[a].mul_add(inverse, nearest);
-                let side = (point[a] - V::splat(b[a])).if_less(zero, -slope, slope);
-                gradient[a] = weight.mul_add(side, gradient[a]);
+                gradient[a] = weight.mul_add(slopes[a], gradient[a]);
             }
         }
-        if let Some(h) = self.floor {
-            let weight = exp((least - (point[2] - V::splat(h))) * beta);
+        if let Some(height) = low {
+            let weight = exp((least - height) * beta);
             sum = sum + weight;
             gradient[2] = gradient[2] + weight;
         }
-        let inverse = V::splat(1.0) / sum;
+        let inverse = one / sum;
         [
-            least - ln(sum) / beta,
+            ln(sum).neg_mul_add(V::splat(1.0 / self.beta), least),
             gradient[0] * inverse,
             gradient[1] * inverse,
             gradient[2] * inverse,
@@ -153,38 +171,78 @@ impl BoxField {
     }
 }
 
+/// Added under the root of a distance, m^2, so that it has a slope everywhere.
+const SMOOTH: f64 = 1e-12;
+
 /// Where a point lies to a box.
 struct ToBox<V> {
+    /// From the box's centre.
+    from: [V; 3],
     /// Distance beyond the faces along each axis, negative within.
     q: [V; 3],
     /// The same, zero within.
     out: [V; 3],
-    /// Smoothed length of `out`.
-    root: V,
-    distance: V,
+    /// Square of the smoothed length of `out`.
+    square: V,
 }
 
 impl<V: Vector> ToBox<V> {
     #[inline(always)]
     fn new(b: &[f64; 6], point: &[V; 3]) -> Self {
         let zero = V::zero();
+        let mut from = [zero; 3];
         let mut q = [zero; 3];
         let mut out = [zero; 3];
-        let mut square = V::splat(1e-12);
+        let mut square = V::splat(SMOOTH);
         for a in 0..3 {
-            q[a] = (point[a] - V::splat(b[a])).abs() - V::splat(b[3 + a]);
+            from[a] = point[a] - V::splat(b[a]);
+            q[a] = from[a].abs() - V::splat(b[3 + a]);
             out[a] = q[a].max(zero);
             square = out[a].mul_add(out[a], square);
         }
-        let root = square.sqrt();
-        let distance = root + q[0].max(q[1]).max(q[2]).min(zero);
         Self {
+            from,
             q,
             out,
-            root,
-            distance,
+            square,
         }
     }
+
+    /// Distance and its gradient; `inside` if some point may lie within the box.
+    #[inline(always)]
+    fn slopes(&self, inside: bool) -> (V, [V; 3]) {
+        let (zero, one) = (V::zero(), V::splat(1.0));
+        let Self {
+            from,
+            q,
+            out,
+            square,
+        } = self;
+        let inverse = square.inverse_sqrt();
+        let mut distance = *square * inverse;
+        let mut slopes = [out[0] * inverse, out[1] * inverse, out[2] * inverse];
+        if inside {
+            // Within the slope is along the nearest face.
+            distance = distance + depth(q);
+            let top = q[0].max(q[1]).max(q[2]);
+            let mut open = top.if_less(zero, one, zero);
+            for a in 0..3 {
+                let nearest = q[a].if_less(top, zero, open);
+                open = open - nearest;
+                slopes[a] = slopes[a] + nearest;
+            }
+        }
+        for a in 0..3 {
+            slopes[a] = slopes[a].with_sign_of(from[a]);
+        }
+        (distance, slopes)
+    }
+}
+
+/// Depth of a point within a box, negative; zero outside.
+#[inline(always)]
+fn depth<V: Vector>(q: &[V; 3]) -> V {
+    q[0].max(q[1]).max(q[2]).min(V::zero())
 }
 
 impl Field for BoxField {
@@ -201,10 +259,10 @@ impl Field for BoxField {
             #[inline(always)]
             fn run<V: Vector>(self) {
                 let Self(field, points, out) = self;
-                let mut all = [V::zero(); REMEMBERED];
+                let mut squares = [V::zero(); REMEMBERED];
                 for (p, out) in points.iter().zip(out) {
                     let at = [V::load(&p[0]), V::load(&p[1]), V::load(&p[2])];
-                    let found = field.group(at, &mut all);
+                    let found = field.group(at, &mut squares);
                     for i in 0..4 {
                         found[i].store(&mut out[i]);
                     }
@@ -289,49 +347,91 @@ impl GridField {
 }
 
 impl Field for GridField {
-    #[inline]
     fn distance_gradient(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
-        let mut index = [0usize; 3];
-        let mut part = [0.0; 3];
-        let mut beyond = [0.0; 3];
-        for a in 0..3 {
-            let t = (point[a] - self.low[a]) / self.cell;
-            let top = (self.size[a] - 1) as f64;
-            let inside = t.clamp(0.0, top);
-            beyond[a] = (t - inside) * self.cell;
-            // NaN becomes cell 0 and stays in the part.
-            index[a] = (inside as usize).min(self.size[a] - 2);
-            part[a] = inside - index[a] as f64;
-        }
-        let (sy, sz) = (self.size[0], self.size[0] * self.size[1]);
-        let first = index[0] + index[1] * sy + index[2] * sz;
-        let at = |offset: usize| f64::from(self.distances[first + offset]);
-        let [x, y, z] = part;
-        let row = |offset: usize| {
-            let (a, b) = (at(offset), at(offset + 1));
-            (a + (b - a) * x, b - a)
-        };
-        let ((v00, d00), (v10, d10)) = (row(0), row(sy));
-        let ((v01, d01), (v11, d11)) = (row(sz), row(sz + sy));
-        let (v0, v1) = (v00 + (v10 - v00) * y, v01 + (v11 - v01) * y);
-        let (x0, x1) = (d00 + (d10 - d00) * y, d01 + (d11 - d01) * y);
-        let (y0, y1) = (v10 - v00, v11 - v01);
-        let mut value = v0 + (v1 - v0) * z;
-        let mut gradient = [x0 + (x1 - x0) * z, y0 + (y1 - y0) * z, v1 - v0];
-        for (a, slope) in gradient.iter_mut().enumerate() {
-            *slope = if beyond[a] == 0.0 {
-                *slope / self.cell
-            } else {
-                0.0
-            };
-        }
-        if beyond.iter().any(|&v| v != 0.0) {
-            let way = beyond.iter().map(|v| v * v).sum::<f64>().sqrt();
-            value -= way;
-            for a in 0..3 {
-                gradient[a] -= beyond[a] / way;
+        let [d, x, y, z] = self.group(point.map(|v| Portable::<1>::splat(v)));
+        let [d, x, y, z] = [d, x, y, z].map(|v| v.array()[0]);
+        (d, [x, y, z])
+    }
+    fn batch(&self, points: &[[Lanes; 3]], out: &mut [[Lanes; 4]]) {
+        struct Run<'a>(&'a GridField, &'a [[Lanes; 3]], &'a mut [[Lanes; 4]]);
+        impl Kernel for Run<'_> {
+            type Output = ();
+            #[inline(always)]
+            fn run<V: Vector>(self) {
+                let Self(field, points, out) = self;
+                for (p, out) in points.iter().zip(out) {
+                    let found = field.group([V::load(&p[0]), V::load(&p[1]), V::load(&p[2])]);
+                    for i in 0..4 {
+                        found[i].store(&mut out[i]);
+                    }
+                }
             }
         }
-        (value, gradient)
+        dispatch(Run(self, points, out));
+    }
+}
+
+impl GridField {
+    /// Distance and gradient at as many points as there are lanes.
+    #[inline(always)]
+    fn group<const L: usize, V: Vector<L>>(&self, point: [V; 3]) -> [V; 4] {
+        let (zero, one) = (V::zero(), V::splat(1.0));
+        let (cell, per_cell) = (V::splat(self.cell), V::splat(1.0 / self.cell));
+        let mut index = [[0.0; L]; 3];
+        let mut part = [zero; 3];
+        let mut beyond = [zero; 3];
+        let mut away = zero;
+        for a in 0..3 {
+            let t = (point[a] - V::splat(self.low[a])) * per_cell;
+            // What is not a number stays so in the part, not in the index.
+            let inside = t.max(zero).min(V::splat((self.size[a] - 1) as f64));
+            beyond[a] = (t - inside) * cell;
+            away = beyond[a].mul_add(beyond[a], away);
+            let whole = V::splat((self.size[a] - 2) as f64).min(floor(inside));
+            part[a] = inside - whole;
+            whole.store(&mut index[a]);
+        }
+        let (sy, sz) = (self.size[0], self.size[0] * self.size[1]);
+        let mut corners = [[0.0; L]; 8];
+        for lane in 0..L {
+            let first = index[0][lane] as usize
+                + index[1][lane] as usize * sy
+                + index[2][lane] as usize * sz;
+            for (k, offset) in [0, sy, sz, sz + sy].into_iter().enumerate() {
+                if let Some([a, b]) = self.distances[first + offset..].first_chunk::<2>() {
+                    corners[2 * k][lane] = f64::from(*a);
+                    corners[2 * k + 1][lane] = f64::from(*b);
+                }
+            }
+        }
+        // Along x, then y, then z; differences are the slopes.
+        let [x, y, z] = part;
+        let mut values = [zero; 4];
+        let mut slopes = [zero; 4];
+        for k in 0..4 {
+            let a = V::load(&corners[2 * k]);
+            slopes[k] = V::load(&corners[2 * k + 1]) - a;
+            values[k] = slopes[k].mul_add(x, a);
+        }
+        let (y0, y1) = (values[1] - values[0], values[3] - values[2]);
+        let (v0, v1) = (y0.mul_add(y, values[0]), y1.mul_add(y, values[2]));
+        let x0 = (slopes[1] - slopes[0]).mul_add(y, slopes[0]);
+        let x1 = (slopes[3] - slopes[2]).mul_add(y, slopes[2]);
+        let mut value = (v1 - v0).mul_add(z, v0);
+        let mut gradient = [
+            (x1 - x0).mul_add(z, x0) * per_cell,
+            (y1 - y0).mul_add(z, y0) * per_cell,
+            (v1 - v0) * per_cell,
+        ];
+        if !away.all_less(V::splat(f64::MIN_POSITIVE)) {
+            let way = away.sqrt();
+            let inverse = one / way.max(V::splat(f64::MIN_POSITIVE));
+            value = value - way;
+            for a in 0..3 {
+                let out = V::zero().if_less(beyond[a].abs(), zero, gradient[a]);
+                gradient[a] = (beyond[a] * inverse).neg_mul_add(one, out);
+            }
+        }
+        [value, gradient[0], gradient[1], gradient[2]]
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::elementary::sin_cos;
 use crate::robot::{Linear, Robot};
-use crate::simd::{Kernel, LANES, Lanes, Vector, dispatch};
+use crate::simd::{Kernel, LANES, NARROW, Vector, dispatch, dispatch_narrow};
 use nalgebra::{SMatrix, SVector};
 
 /// A differential drive that carries integrators: state `[x, y, yaw, q...]`, input `[v, omega, q rates...]`, so that
@@ -55,7 +55,7 @@ impl<const NX: usize, const NU: usize> Robot<NX, NU> for DriveArm {
         const { Self::check::<NX, NU>() };
         // Start, middle and end of the turn in three of the four lanes.
         let turn = u[1] * dt;
-        let [cos, sin] = dispatch(Simpson([x[2], x[2] + 0.5 * turn, x[2] + turn, x[2]]));
+        let [cos, sin] = dispatch_narrow(Simpson([x[2], x[2] + 0.5 * turn, x[2] + turn, x[2]]));
         let mut next = *x;
         next[0] += dt * u[0] * cos;
         next[1] += dt * u[0] * sin;
@@ -102,12 +102,12 @@ impl<const NX: usize, const NU: usize> Robot<NX, NU> for DriveArm {
 }
 
 /// Means of cosine and sine by Simpson's rule from their values at start, middle and end.
-struct Simpson(Lanes);
+struct Simpson([f64; NARROW]);
 
-impl Kernel for Simpson {
+impl Kernel<NARROW> for Simpson {
     type Output = [f64; 2];
     #[inline(always)]
-    fn run<V: Vector>(self) -> [f64; 2] {
+    fn run<V: Vector<NARROW>>(self) -> [f64; 2] {
         let (s, c) = sin_cos(V::load(&self.0));
         [c.array(), s.array()].map(|v| (v[0] + 4.0 * v[1] + v[2]) / 6.0)
     }

@@ -113,7 +113,7 @@ impl<const NX: usize, const NU: usize> Constraint<NX, NU> for InputBox<NU> {
     }
 }
 
-/// Two-sided limits on single variables, four variables at a time.
+/// Two-sided limits on single variables, many at a time.
 struct Sides<'a, A, B> {
     barrier: &'a Barrier,
     weight: f64,
@@ -144,32 +144,35 @@ where
         } = self;
         let mut sum: Sum<V> = Sum::new(barrier, weight);
         let (mut extra, mut least) = (0.0, f64::INFINITY);
-        for k in 0..knots {
-            let mut i = 0;
-            while i + LANES <= count {
-                let (mut value, mut low, mut high) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-                for lane in 0..LANES {
-                    (value[lane], low[lane], high[lane]) = at(k, i + lane);
-                }
-                let value = V::load(&value);
-                let (below, bend) = sum.add(value - V::load(&low));
-                let (above, bow) = sum.add(V::load(&high) - value);
-                let (slope, curvature) = ((below - above).array(), (bend + bow).array());
-                for lane in 0..LANES {
-                    add(k, i + lane, slope[lane], curvature[lane]);
-                }
-                i += LANES;
+        // Through all knots without a break, so that few variables fill vectors too.
+        let whole = knots * count / LANES * LANES;
+        let (mut k, mut i) = (0, 0);
+        for _ in 0..whole / LANES {
+            let (mut value, mut low, mut high) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+            let (from_k, from_i) = (k, i);
+            for lane in 0..LANES {
+                (value[lane], low[lane], high[lane]) = at(k, i);
+                next(&mut k, &mut i, count);
             }
-            // What does not fill a vector.
-            while i < count {
-                let (value, low, high) = at(k, i);
-                let (a, below, bend) = barrier.eval(value - low);
-                let (b, above, bow) = barrier.eval(high - value);
-                extra += a + b;
-                least = least.min(value - low).min(high - value);
-                add(k, i, weight * (below - above), weight * (bend + bow));
-                i += 1;
+            let value = V::load(&value);
+            let (below, bend) = sum.add(value - V::load(&low));
+            let (above, bow) = sum.add(V::load(&high) - value);
+            let (slope, curvature) = ((below - above).array(), (bend + bow).array());
+            (k, i) = (from_k, from_i);
+            for lane in 0..LANES {
+                add(k, i, slope[lane], curvature[lane]);
+                next(&mut k, &mut i, count);
             }
+        }
+        // What does not fill a vector.
+        for _ in whole..knots * count {
+            let (value, low, high) = at(k, i);
+            let (a, below, bend) = barrier.eval(value - low);
+            let (b, above, bow) = barrier.eval(high - value);
+            extra += a + b;
+            least = least.min(value - low).min(high - value);
+            add(k, i, weight * (below - above), weight * (bend + bow));
+            next(&mut k, &mut i, count);
         }
         let (value, lowest) = sum.finish();
         let lanes: Lanes = value.array();
@@ -177,6 +180,15 @@ where
             sum: lanes.iter().sum::<f64>() + weight * extra,
             least: lowest.array().into_iter().fold(least, f64::min),
         }
+    }
+}
+
+/// The next of `count` variables, then the next knot.
+#[inline(always)]
+fn next(k: &mut usize, i: &mut usize, count: usize) {
+    *i += 1;
+    if *i == count {
+        (*k, *i) = (*k + 1, 0);
     }
 }
 

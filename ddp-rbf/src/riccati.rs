@@ -5,7 +5,7 @@
 
 use crate::cost::Expansion;
 use crate::robot::Linear;
-use crate::simd::{Kernel, LANES, Lanes, Vector, dispatch};
+use crate::simd::{Kernel, NARROW as LANES, Vector, dispatch};
 use nalgebra::{SMatrix, SVector};
 
 /// Blocks of four in a row: at most 31 states and 32 inputs take this path.
@@ -14,7 +14,7 @@ const BLOCKS: usize = 8;
 /// Four entries of a row, aligned for vector loads.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-struct Block(Lanes);
+struct Block([f64; LANES]);
 
 type Row = [Block; BLOCKS];
 const EMPTY: Row = [Block([0.0; LANES]); BLOCKS];
@@ -64,14 +64,30 @@ impl Pattern {
         }
     }
 
+    /// Whether some mixed second derivative was not zero.
+    pub(crate) fn coupled(&self) -> bool {
+        self.coupled
+    }
+
     /// Looks through all knots.
     pub(crate) fn find<const NX: usize, const NU: usize>(
         &mut self,
         linear: &[Linear<NX, NU>],
         models: &[Expansion<NX, NU>],
     ) {
-        let (a, b, coupled) = dispatch(Scan { linear, models });
-        self.coupled = coupled;
+        let (mut a, mut b) = (
+            SMatrix::<u64, NX, NX>::zeros(),
+            SMatrix::<u64, NX, NU>::zeros(),
+        );
+        let mut ux = SMatrix::<u64, NU, NX>::zeros();
+        dispatch(Scan {
+            linear,
+            models,
+            a: a.as_mut_slice(),
+            b: b.as_mut_slice(),
+            ux: ux.as_mut_slice(),
+        });
+        self.coupled = ux.iter().any(|&v| v != 0);
         collect(&a, &mut self.a, &mut self.a_blocks);
         collect(&b, &mut self.b, &mut self.b_blocks);
         let is_row = |j: u8| self.a.iter().any(|&(i, _)| i == j);
@@ -79,46 +95,40 @@ impl Pattern {
     }
 }
 
-/// Sums of magnitudes over all knots of `A - I` and `B`: zero only where all are, NaN where one is; and whether some mixed
-/// second derivative is not zero.
+/// Bits that are set at any knot, signs aside, in `A` less those of the identity, in `B` and in mixed second derivatives: none
+/// where all are zero.
 struct Scan<'a, const NX: usize, const NU: usize> {
     linear: &'a [Linear<NX, NU>],
     models: &'a [Expansion<NX, NU>],
+    a: &'a mut [u64],
+    b: &'a mut [u64],
+    ux: &'a mut [u64],
 }
 
 impl<const NX: usize, const NU: usize> Kernel for Scan<'_, NX, NU> {
-    type Output = (SMatrix<f64, NX, NX>, SMatrix<f64, NX, NU>, bool);
+    type Output = ();
     #[inline(always)]
-    fn run<V: Vector>(self) -> Self::Output {
+    fn run<V: Vector>(self) {
         let one = SMatrix::<f64, NX, NX>::identity();
-        let mut a = SMatrix::<f64, NX, NX>::zeros();
-        let mut b = SMatrix::<f64, NX, NU>::zeros();
-        let mut ux = SMatrix::<f64, NU, NX>::zeros();
         for l in self.linear {
-            for ((sum, v), i) in a
-                .as_mut_slice()
-                .iter_mut()
-                .zip(l.a.as_slice())
-                .zip(one.as_slice())
-            {
-                *sum += (v - i).abs();
+            let entries = l.a.as_slice().iter().zip(one.as_slice());
+            for (bits, (v, one)) in self.a.iter_mut().zip(entries) {
+                *bits |= (v.to_bits() ^ one.to_bits()) << 1;
             }
-            for (sum, v) in b.as_mut_slice().iter_mut().zip(l.b.as_slice()) {
-                *sum += v.abs();
+            for (bits, v) in self.b.iter_mut().zip(l.b.as_slice()) {
+                *bits |= v.to_bits() << 1;
             }
         }
         for m in self.models {
-            for (sum, v) in ux.as_mut_slice().iter_mut().zip(m.ux.as_slice()) {
-                *sum += v.abs();
+            for (bits, v) in self.ux.iter_mut().zip(m.ux.as_slice()) {
+                *bits |= v.to_bits() << 1;
             }
         }
-        let coupled = ux.as_slice().iter().any(|&v| v != 0.0);
-        (a, b, coupled)
     }
 }
 
 fn collect<const R: usize, const C: usize>(
-    sums: &SMatrix<f64, R, C>,
+    bits: &SMatrix<u64, R, C>,
     entries: &mut Vec<(u8, u8)>,
     blocks: &mut Vec<(u8, u8)>,
 ) {
@@ -126,7 +136,7 @@ fn collect<const R: usize, const C: usize>(
     blocks.clear();
     for i in 0..R {
         for j in 0..C {
-            if sums[(i, j)] != 0.0 {
+            if bits[(i, j)] != 0 {
                 entries.push((i as u8, j as u8));
                 let block = (i as u8, (j / LANES) as u8);
                 if blocks.last() != Some(&block) {
@@ -156,7 +166,11 @@ pub(crate) struct Backward<'a, const NX: usize, const NU: usize> {
 
 /// Blocks `4 b .. 4 b + 4` of row `i` of a column-major matrix.
 #[inline(always)]
-fn row_block<const R: usize, const C: usize>(m: &SMatrix<f64, R, C>, i: usize, b: usize) -> Lanes {
+fn row_block<const R: usize, const C: usize>(
+    m: &SMatrix<f64, R, C>,
+    i: usize,
+    b: usize,
+) -> [f64; LANES] {
     std::array::from_fn(|l| {
         let j = b * LANES + l;
         if j < C { m[(i, j)] } else { 0.0 }
@@ -165,7 +179,7 @@ fn row_block<const R: usize, const C: usize>(m: &SMatrix<f64, R, C>, i: usize, b
 
 /// to += from * factor over the first `n` blocks.
 #[inline(always)]
-fn add_scaled<V: Vector>(to: &mut Row, from: &Row, factor: f64, first: usize, n: usize) {
+fn add_scaled<V: Vector<LANES>>(to: &mut Row, from: &Row, factor: f64, first: usize, n: usize) {
     let factor = V::splat(factor);
     for c in first..n {
         let sum = V::load(&from[c].0).mul_add(factor, V::load(&to[c].0));
@@ -173,11 +187,11 @@ fn add_scaled<V: Vector>(to: &mut Row, from: &Row, factor: f64, first: usize, n:
     }
 }
 
-impl<const NX: usize, const NU: usize> Kernel for Backward<'_, NX, NU> {
+impl<const NX: usize, const NU: usize> Kernel<LANES> for Backward<'_, NX, NU> {
     type Output = Option<Expected>;
 
     #[inline(always)]
-    fn run<V: Vector>(self) -> Option<Expected> {
+    fn run<V: Vector<LANES>>(self) -> Option<Expected> {
         let (nb, mb) = (
             const { (NX + 1).div_ceil(LANES) },
             const { NU.div_ceil(LANES) },
@@ -284,12 +298,13 @@ impl<const NX: usize, const NU: usize> Kernel for Backward<'_, NX, NU> {
             // Costs of this knot.
             for i in 0..NX {
                 for c in 0..NX / LANES {
-                    let entries: &Lanes = &std::array::from_fn(|l| model.xx[(c * LANES + l, i)]);
+                    let entries: &[f64; LANES] =
+                        &std::array::from_fn(|l| model.xx[(c * LANES + l, i)]);
                     let to = &mut value[i][c].0;
                     (V::load(entries) + V::load(to)).store(to);
                 }
                 let c = NX / LANES;
-                let entries: &Lanes = &std::array::from_fn(|l| {
+                let entries: &[f64; LANES] = &std::array::from_fn(|l| {
                     let j = c * LANES + l;
                     if j < NX {
                         model.xx[(j, i)]

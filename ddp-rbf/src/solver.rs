@@ -5,7 +5,7 @@ use crate::cost::{CostModel, Expansion};
 use crate::error::{Error, positive};
 use crate::riccati::{Backward, Expected, Pattern, Policy, backward_dense, fits};
 use crate::robot::{Linear, Robot};
-use crate::simd::dispatch;
+use crate::simd::dispatch_narrow;
 use nalgebra::{SMatrix, SVector};
 
 /// Effort and tolerances.
@@ -92,6 +92,8 @@ struct Trajectory<const NX: usize, const NU: usize> {
     us: Vec<SVector<f64, NU>>,
     models: Vec<Expansion<NX, NU>>,
     groups: Vec<Group>,
+    /// Whether the models may have mixed second derivatives that are not zero.
+    coupled: bool,
 }
 
 /// A horizon of `n` inputs and `n + 1` states; all memory is allocated at construction.
@@ -131,6 +133,7 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
             us: vec![SVector::zeros(); knots],
             models: vec![Expansion::zeros(); knots + 1],
             groups: Vec::with_capacity(GROUPS),
+            coupled: false,
         };
         let linear = Linear {
             a: SMatrix::zeros(),
@@ -272,6 +275,7 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
                 break;
             }
             report.iterations += 1;
+            let last = report.iterations == options.iterations;
             let Some(Expected { linear, quadratic }) = self.backward(gap > 0.0) else {
                 // Levenberg: an input Hessian that is not positive definite gets more on its diagonal.
                 self.regularization = (self.regularization * 10.0).max(1e-9);
@@ -297,14 +301,14 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
             let mut taken = None;
             for halving in 0..=options.halvings {
                 self.roll_out(robot, x0, alpha);
-                // The full step is usually taken: its models are made at once.
-                let first = halving == 0;
-                let new = self.trial.evaluate(self.dt, cost, constraints, first);
+                // The full step is usually taken: its models are made at once, if another iteration may need them.
+                let expand = halving == 0 && !last;
+                let new = self.trial.evaluate(self.dt, cost, constraints, expand);
                 let trial = new + self.gap_weight * (1.0 - alpha) * gap;
                 let model = alpha * linear + 0.5 * alpha * alpha * quadratic
                     - alpha * self.gap_weight * gap;
                 if trial.is_finite() && trial <= merit + 1e-4 * model.min(0.0) {
-                    if !first {
+                    if !(expand || last) {
                         self.trial.evaluate(self.dt, cost, constraints, true);
                     }
                     taken = Some(new);
@@ -334,7 +338,9 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
                 *g *= 1.0 - alpha;
             }
             gap *= 1.0 - alpha;
-            self.linearize(robot);
+            if !last {
+                self.linearize(robot);
+            }
         }
         report.cost = objective;
         report.gap = gap;
@@ -443,11 +449,12 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
         let (xs, us) = (&self.now.xs, &self.now.us);
         robot.linearize_all(&xs[..us.len()], us, self.dt, &mut self.linear);
         self.pattern.find(&self.linear, &self.now.models);
+        self.now.coupled = self.pattern.coupled();
     }
 
     fn backward(&mut self, open: bool) -> Option<Expected> {
         if fits(NX, NU) {
-            dispatch(Backward {
+            dispatch_narrow(Backward {
                 linear: &self.linear,
                 models: &self.now.models,
                 gaps: &self.gaps,
@@ -505,8 +512,11 @@ impl<const NX: usize, const NU: usize> Trajectory<NX, NU> {
     ) -> f64 {
         let n = self.us.len();
         let mut total = cost.terminal(&self.xs[n]);
+        // Until it is looked at again.
+        let coupled = self.coupled;
         if expand {
-            self.models[n] = Expansion::zeros();
+            self.coupled = true;
+            self.models[n].clear(coupled);
             cost.expand_terminal(&self.xs[n], &mut self.models[n]);
         }
         for k in 0..n {
@@ -514,7 +524,7 @@ impl<const NX: usize, const NU: usize> Trajectory<NX, NU> {
             total += cost.stage(k, x, u);
             if expand {
                 let model = &mut self.models[k];
-                *model = Expansion::zeros();
+                model.clear(coupled);
                 cost.expand_stage(k, x, u, model);
             }
         }
