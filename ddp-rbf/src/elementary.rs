@@ -1,4 +1,4 @@
-//! Sine, cosine, exponential and logarithm of four numbers at once, to about one unit in the last place.
+//! Sine, cosine, exponential and logarithm of many numbers at once, to about one unit in the last place.
 //!
 //! Reduction to a small interval, then the Taylor series to where its next term is below 1e-17 of the result.
 

@@ -348,7 +348,7 @@ impl GridField {
 
 impl Field for GridField {
     fn distance_gradient(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
-        let [d, x, y, z] = self.group(point.map(|v| Portable::<1>::splat(v)));
+        let [d, x, y, z] = self.group(point.map(Portable::<1>::splat));
         let [d, x, y, z] = [d, x, y, z].map(|v| v.array()[0]);
         (d, [x, y, z])
     }

@@ -34,7 +34,7 @@ impl Options {
     pub fn real_time() -> Self {
         Self {
             iterations: 3,
-            halvings: 3,
+            halvings: 2,
             ..Self::default()
         }
     }
@@ -269,6 +269,8 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
             regularization: self.regularization,
             expected: 0.0,
         };
+        // Whether the full step is likely to be taken: then its models are made at once.
+        let mut eager = true;
         while report.iterations < options.iterations {
             if report.iterations > 0 && out_of_time() {
                 report.status = Status::OutOfTime;
@@ -301,8 +303,7 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
             let mut taken = None;
             for halving in 0..=options.halvings {
                 self.roll_out(robot, x0, alpha);
-                // The full step is usually taken: its models are made at once, if another iteration may need them.
-                let expand = halving == 0 && !last;
+                let expand = eager && halving == 0 && !last;
                 let new = self.trial.evaluate(self.dt, cost, constraints, expand);
                 let trial = new + self.gap_weight * (1.0 - alpha) * gap;
                 let model = alpha * linear + 0.5 * alpha * alpha * quadratic
@@ -318,13 +319,17 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
                 alpha *= 0.5;
             }
             let Some(new) = taken else {
-                if self.regularization >= 1e3 {
+                // Damping that is felt: a share of what the inputs' own costs weigh.
+                let least = 0.1 * self.mean_input_weight();
+                if self.regularization >= 1e6 * least {
                     report.status = Status::Stalled;
                     break;
                 }
-                self.regularization = (self.regularization * 10.0).max(1e-6);
+                self.regularization = (self.regularization * 10.0).max(least);
+                eager = false;
                 continue;
             };
+            eager = true;
             std::mem::swap(&mut self.now, &mut self.trial);
             objective = new;
             report.step = alpha;
@@ -346,6 +351,13 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
         report.gap = gap;
         report.regularization = self.regularization;
         Ok(report)
+    }
+
+    /// Mean of the inputs' second derivatives over all knots.
+    fn mean_input_weight(&self) -> f64 {
+        let n = self.now.us.len();
+        let sum: f64 = self.now.models[..n].iter().map(|m| m.uu.trace()).sum();
+        (sum / (n * NU) as f64).max(1e-9)
     }
 
     /// The part of an iteration that can be done before the state is measured: models, sensitivities and the backward pass

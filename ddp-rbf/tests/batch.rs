@@ -51,7 +51,11 @@ fn boxes() -> BoxField {
     BoxField::new(BOXES.to_vec(), Some(0.0), 50.0).unwrap()
 }
 
-fn agree(group: &dyn Constraint<6, 5>, states: &[X], inputs: &[U]) -> Result<(), TestCaseError> {
+fn agree<const NX: usize, const NU: usize>(
+    group: &dyn Constraint<NX, NU>,
+    states: &[SVector<f64, NX>],
+    inputs: &[SVector<f64, NU>],
+) -> Result<(), TestCaseError> {
     let along = Horizon {
         states,
         inputs,
@@ -64,7 +68,7 @@ fn agree(group: &dyn Constraint<6, 5>, states: &[X], inputs: &[U]) -> Result<(),
     let barrier = group.barrier();
     let (mut sum, mut least) = (0.0, f64::INFINITY);
     for (k, x) in states.iter().enumerate() {
-        let mut e = Expansion::<6, 5>::zeros();
+        let mut e = Expansion::<NX, NU>::zeros();
         let w = 0.1;
         group.rows(k, x, inputs.get(k), &mut |z, zx, zu| {
             if k == 0 && zu.iter().all(|&v| v == 0.0) {
@@ -73,7 +77,7 @@ fn agree(group: &dyn Constraint<6, 5>, states: &[X], inputs: &[U]) -> Result<(),
             let (value, slope, curvature) = barrier.eval(z);
             sum += w * value;
             least = least.min(z);
-            let zx = if k > 0 { *zx } else { X::zeros() };
+            let zx = if k > 0 { *zx } else { SVector::zeros() };
             e.x += zx * (w * slope);
             e.u += zu * (w * slope);
             e.xx += zx * zx.transpose() * (w * curvature);
@@ -113,10 +117,10 @@ fn agree(group: &dyn Constraint<6, 5>, states: &[X], inputs: &[U]) -> Result<(),
 fn states() -> impl Strategy<Value = (Vec<X>, Vec<U>)> {
     let x = prop::array::uniform6(-2.0..2.0f64);
     let u = prop::array::uniform5(-1.2..1.2f64);
-    // Six knots after the first: the last group of four is not full.
+    // Twelve knots after the first: the second group of eight is not full.
     (
-        prop::collection::vec(x, 7).prop_map(|v| v.into_iter().map(X::from).collect()),
-        prop::collection::vec(u, 6).prop_map(|v| v.into_iter().map(U::from).collect()),
+        prop::collection::vec(x, 13).prop_map(|v| v.into_iter().map(X::from).collect()),
+        prop::collection::vec(u, 12).prop_map(|v| v.into_iter().map(U::from).collect()),
     )
 }
 
@@ -142,6 +146,33 @@ proptest! {
             &PlaneClearance {
                 chain: &chain, planes: &[[0.0, 0.0, 1.0, 0.0], [0.6, 0.8, 0.0, 1.0]], spheres: &[0, 2, 3], margin: 0.0, barrier, name: "planes" },
             &PairClearance { chain: &chain, pairs: &[(0, 1), (4, 0), (2, 3), (1, 3), (0, 2)], margin: 0.01, barrier, name: "pairs" },
+        ];
+        for group in groups {
+            agree(group, &states, &inputs)?;
+        }
+    }
+
+    /// An arm of seven joints, so that the models of a knot do not fit one vector, in a state that is longer still.
+    #[test]
+    fn long_states_agree(
+        states in prop::collection::vec(prop::array::uniform11(-1.5..1.5f64), 11), cutoff in prop::option::of(0.05..0.6f64),
+    ) {
+        let states: Vec<SVector<f64, 11>> = states.into_iter().map(SVector::from).collect();
+        let inputs = vec![SVector::<f64, 10>::zeros(); 10];
+        let barrier = Barrier { cutoff, ..Barrier::default() };
+        let joints = (0..7).map(|i| Joint { d: 0.1, a: 0.05 * f64::from(i), alpha: FRAC_PI_2 * f64::from(i % 3 - 1) });
+        let spheres = (0..=7).map(|link| LinkSphere { link, center: [0.02, 0.01 * link as f64, 0.05], radius: 0.06 });
+        let root = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let chain = Chain::new(true, root, [0.1, 0.0, 0.5], joints.collect(), spheres.collect()).unwrap();
+        let field = boxes();
+        let groups: [&dyn Constraint<11, 10>; 4] = [
+            &SphereClearance {
+                chain: &chain, field: &field, spheres: &[0, 3, 5, 7], margin: 0.02, on_base: false, barrier, name: "field" },
+            &SphereClearance {
+                chain: &chain, field: &field, spheres: &[7, 6], margin: 0.02, on_base: true, barrier, name: "on base" },
+            &PlaneClearance {
+                chain: &chain, planes: &[[0.0, 0.6, 0.8, 1.0]], spheres: &[7, 2], margin: 0.0, barrier, name: "planes" },
+            &PairClearance { chain: &chain, pairs: &[(0, 7), (6, 1), (2, 5), (3, 7)], margin: 0.01, barrier, name: "pairs" },
         ];
         for group in groups {
             agree(group, &states, &inputs)?;
@@ -188,9 +219,9 @@ proptest! {
     #[test]
     fn drives_linearize_exactly((states, inputs) in states()) {
         check_step(&DriveArm, &states[0], &inputs[0], 0.1, 1e-7).unwrap();
-        let mut all = vec![ddp_rbf::Linear { a: SMatrix::zeros(), b: SMatrix::zeros() }; 6];
-        DriveArm.linearize_all(&states[..6], &inputs, 0.1, &mut all);
-        for k in 0..6 {
+        let mut all = vec![ddp_rbf::Linear { a: SMatrix::zeros(), b: SMatrix::zeros() }; 12];
+        DriveArm.linearize_all(&states[..12], &inputs, 0.1, &mut all);
+        for k in 0..12 {
             let (a, b) = DriveArm.linearize(&states[k], &inputs[k], 0.1);
             prop_assert!((all[k].a - a).amax() < 1e-14 && (all[k].b - b).amax() < 1e-14);
             // The step is the classical Runge-Kutta one.
@@ -255,6 +286,24 @@ proptest! {
                 below[a] -= h;
                 let slope = (grid.distance(high) - grid.distance(below)) / (2.0 * h);
                 prop_assert!((slope - gradient[a]).abs() < 1e-5 * (1.0 + slope.abs()), "{slope} {}", gradient[a]);
+            }
+        }
+    }
+
+    /// A batch of a grid gives what single queries give, within the grid and beyond it.
+    #[test]
+    fn grids_answer_batches(
+        values in prop::collection::vec(-1.0..2.0f32, 60),
+        points in prop::collection::vec(prop::array::uniform8(-0.6..1.3f64), 3),
+    ) {
+        let grid = GridField::new([0.1, -0.2, 0.0], 0.2, [3, 4, 5], values).unwrap();
+        let mut out = [[[0.0; LANES]; 4]];
+        grid.batch(&[[points[0], points[1], points[2]]], &mut out);
+        for lane in 0..LANES {
+            let (d, g) = grid.distance_gradient([points[0][lane], points[1][lane], points[2][lane]]);
+            prop_assert!((out[0][0][lane] - d).abs() < 1e-12);
+            for a in 0..3 {
+                prop_assert!((out[0][1 + a][lane] - g[a]).abs() < 1e-10, "{} {}", out[0][1 + a][lane], g[a]);
             }
         }
     }
