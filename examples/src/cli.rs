@@ -23,6 +23,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Check a scene file.
     Scene(SceneArgs),
+    /// Make report.html anew from a run's recording.
+    Report(ReportArgs),
 }
 
 /// Options of `seekplan heats`.
@@ -164,4 +166,12 @@ pub enum SceneAction {
         /// Embedded scene or path.
         scene: String,
     },
+}
+
+/// Options of `seekplan report`.
+#[derive(Clone, Debug, Args)]
+pub struct ReportArgs {
+    /// Folder of a run, with its record.jsonl.
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
 }

@@ -4,14 +4,15 @@
 use clap::Parser;
 use seekplan::bench::{self, Campaign};
 use seekplan::cli::{
-    BenchArgs, Cli, Command, FlapArgs, HeatsArgs, MapArg, ModeArg, SceneAction, SensorsArg,
+    BenchArgs, Cli, Command, FlapArgs, HeatsArgs, MapArg, ModeArg, ReportArgs, SceneAction,
+    SensorsArg,
 };
 use seekplan::flap::{self, FlapSettings, MapKind};
 use seekplan::heats::{self, Sensors, Settings};
-use seekplan::record::{self, Ended, Ground, JsonLines, Recorder, Silent};
+use seekplan::record::{self, Ended, Ground, JsonLines, Recorder, ReportError, Silent};
 use seekplan::report::{ProgressLine, Status};
 use seekplan::scene::Scene;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         Command::Scene(args) => match args.action {
             SceneAction::Check { scene } => check(&scene),
         },
+        Command::Report(args) => run_report(&args),
     };
     match outcome {
         Ok(code) => code,
@@ -111,14 +113,14 @@ fn run_heats(args: &HeatsArgs) -> Result<ExitCode, String> {
 
     let stop = stop_on_interrupt()?;
     let mut line = ProgressLine::new(args.quiet);
-    let mut recorder = recorder(args.no_record, &args.out)?;
+    let mut recorder = recorder(args.no_record, &args.out);
     let mut show = |status: &Status<'_>| line.show(status);
     let run = heats::run_recorded(&scene, &settings, &stop, &mut show, recorder.as_mut())
         .map_err(|e| e.to_string())?;
     line.finish();
-    keep(recorder.as_mut());
-    let files = record::write(&args.out, &run.result, &Ground::of(&scene), &run.trace)
+    let mut files = record::write(&args.out, &run.result, &Ground::of(&scene), &run.trace)
         .map_err(|e| e.to_string())?;
+    files.extend(keep(recorder.as_mut(), &args.out));
     if !args.quiet {
         print!("{}", record::closing_table(&run.result));
         for file in files {
@@ -132,19 +134,34 @@ fn run_heats(args: &HeatsArgs) -> Result<ExitCode, String> {
 }
 
 /// Where a run's events go.
-fn recorder(none: bool, out: &Path) -> Result<Box<dyn Recorder>, String> {
+fn recorder(none: bool, out: &Path) -> Box<dyn Recorder> {
     if none {
-        return Ok(Box::new(Silent));
+        Box::new(Silent)
+    } else {
+        Box::new(JsonLines::new(out))
     }
-    let recorder = JsonLines::create(out).map_err(|e| e.to_string())?;
-    Ok(Box::new(recorder))
 }
 
-/// Ends a recording. A run is worth its result even if its recording could not be written.
-fn keep(recorder: &mut dyn Recorder) {
-    if let Err(error) = recorder.finish() {
-        eprintln!("seekplan: the recording is not whole: {error}");
+/// Ends a recording and makes the report of it. A run is worth its result even if its recording could not be written.
+fn keep(recorder: &mut dyn Recorder, folder: &Path) -> Vec<PathBuf> {
+    if !recorder.is_on() {
+        return Vec::new();
     }
+    let made = recorder.finish().map_err(ReportError::from);
+    match made.and_then(|()| record::rebuild(folder)) {
+        Ok(files) => files,
+        Err(error) => {
+            eprintln!("seekplan: no report: {error}");
+            Vec::new()
+        }
+    }
+}
+
+fn run_report(args: &ReportArgs) -> Result<ExitCode, String> {
+    for file in record::rebuild(&args.folder).map_err(|e| e.to_string())? {
+        println!("wrote {}", file.display());
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// A flag that Ctrl-C sets; a second Ctrl-C ends the program at once.
@@ -195,7 +212,7 @@ fn run_flap(args: &FlapArgs) -> Result<ExitCode, String> {
     let scene = Scene::open(&args.scene).map_err(|e| e.to_string())?;
     let stop = stop_on_interrupt()?;
     let quiet = args.quiet;
-    let mut recorder = recorder(args.no_record, &args.out)?;
+    let mut recorder = recorder(args.no_record, &args.out);
     let mut show = |p: &flap::Progress| {
         if !quiet {
             eprintln!(
@@ -210,10 +227,10 @@ fn run_flap(args: &FlapArgs) -> Result<ExitCode, String> {
     };
     let outcome = flap::run_recorded(&scene, &settings, &stop, &mut show, recorder.as_mut())
         .map_err(|e| e.to_string())?;
-    keep(recorder.as_mut());
     let ground = Ground::of(&scene);
-    let files = flap::write(&args.out, &outcome, &ground, &scene.target_volumes)
+    let mut files = flap::write(&args.out, &outcome, &ground, &scene.target_volumes)
         .map_err(|e| e.to_string())?;
+    files.extend(keep(recorder.as_mut(), &args.out));
     if !quiet {
         print!("{}", flap::closing_table(&outcome.result));
         for file in files {

@@ -96,7 +96,7 @@ fn recording_changes_no_run() {
 #[test]
 fn what_is_written_is_what_happened() {
     let out = folder("record-whole");
-    let mut recorder = Both(Memory::default(), JsonLines::create(&out).unwrap());
+    let mut recorder = Both(Memory::default(), JsonLines::new(&out));
     let run = recorded(40.0, &mut recorder);
     recorder.finish().unwrap();
     let all = recorder.0.entries;
@@ -178,7 +178,7 @@ fn what_is_written_is_what_happened() {
 #[test]
 fn a_recording_that_was_cut_off_opens_up_to_its_last_line() {
     let out = folder("record-cut");
-    let mut recorder = JsonLines::create(&out).unwrap();
+    let mut recorder = JsonLines::new(&out);
     recorded(3.0, &mut recorder);
     recorder.finish().unwrap();
     let path = out.join(RECORD_FILE);
@@ -218,7 +218,7 @@ fn a_recording_that_was_cut_off_opens_up_to_its_last_line() {
 fn a_full_disk_fails_the_recording_and_not_the_run() {
     let out = folder("record-full");
     std::os::unix::fs::symlink("/dev/full", out.join(RECORD_FILE)).unwrap();
-    let mut recorder = JsonLines::create(&out).unwrap();
+    let mut recorder = JsonLines::new(&out);
     let run = recorded(3.0, &mut recorder);
     assert!(run.result.search_time_s >= 3.0 - 1e-9);
     let error = recorder.finish().unwrap_err();

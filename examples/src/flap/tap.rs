@@ -17,6 +17,9 @@ use voxmap::VoxelMap;
 /// Half the edges of a PR2's base, m.
 const BASE: [f64; 2] = [0.334, 0.334];
 
+/// Heights between which pictures from above show the map: without floor and ceiling, m.
+const SHOWN: [f64; 2] = [0.1, 2.0];
+
 /// The recorder, and the look that is under way.
 pub(super) struct Tap<'a>(RefCell<State<'a>>);
 
@@ -96,6 +99,10 @@ impl<'a> Tap<'a> {
             seed: settings.seed,
             settings: settings.to_toml(),
             grid: grid(map),
+            layers: SHOWN.map(|z| {
+                let layer = ((z - map.low()[2]) / map.cell_size()).round();
+                (layer.max(0.0) as usize).min(map.size()[2])
+            }),
             ground: crate::record::Ground::of(scene),
             robot: RobotShape {
                 joints: Vec::new(),

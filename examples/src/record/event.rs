@@ -84,6 +84,8 @@ pub struct Begin {
     pub settings: String,
     /// The voxel grid of [`Event::Cells`] and [`Event::Frontiers`].
     pub grid: GridShape,
+    /// First layer of cells that a picture from above shows, and the one after the last: floor and ceiling hide the rest.
+    pub layers: [usize; 2],
     /// What of the scene a picture shows. The planner does not know it.
     pub ground: Ground,
     /// The robot.
@@ -245,11 +247,11 @@ pub enum CellState {
     Unknown = 0,
     /// Observed, free.
     Free = 1,
-    /// Occupied, without a face that could carry a target.
+    /// Occupied, without a face that is to be inspected.
     Occupied = 2,
     /// Occupied, with faces that are to be inspected.
     Open = 3,
-    /// Occupied, all faces inspected.
+    /// Occupied, all faces that are to be inspected were.
     Inspected = 4,
 }
 
@@ -285,9 +287,9 @@ impl CellRuns {
 
     /// Each cell's index and value.
     pub fn iter(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
-        self.0
-            .iter()
-            .flat_map(|&[first, length, value]| (first..first + length).map(move |i| (i, value)))
+        self.0.iter().flat_map(|&[first, length, value]| {
+            (first..first.saturating_add(length)).map(move |i| (i, value))
+        })
     }
 
     /// True if no cell changed.

@@ -17,28 +17,22 @@ const FLUSH: f64 = 1.0;
 #[derive(Debug)]
 pub struct JsonLines {
     path: PathBuf,
-    file: BufWriter<File>,
+    /// Made for the first event, so that a run that cannot begin leaves an older recording alone.
+    file: Option<BufWriter<File>>,
     flushed: f64,
     /// The first failure; nothing is written after it.
     failure: Option<std::io::Error>,
 }
 
 impl JsonLines {
-    /// Begins `record.jsonl` in `folder`, made if need be; an older one is replaced.
-    ///
-    /// # Errors
-    /// [`WriteError`] if the file cannot be made.
-    pub fn create(folder: &Path) -> Result<Self, WriteError> {
-        let path = folder.join(RECORD_FILE);
-        let file = std::fs::create_dir_all(folder).and_then(|()| File::create(&path));
-        match file {
-            Ok(file) => Ok(Self {
-                path,
-                file: BufWriter::with_capacity(1 << 16, file),
-                flushed: 0.0,
-                failure: None,
-            }),
-            Err(source) => Err(WriteError { path, source }),
+    /// A recording in `record.jsonl` of `folder`. The first event makes the folder if need be, and replaces an older recording
+    /// and the report that was made of it.
+    pub fn new(folder: &Path) -> Self {
+        Self {
+            path: folder.join(RECORD_FILE),
+            file: None,
+            flushed: 0.0,
+            failure: None,
         }
     }
 
@@ -47,12 +41,27 @@ impl JsonLines {
         &self.path
     }
 
+    fn open(path: &Path) -> std::io::Result<BufWriter<File>> {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)?;
+            match std::fs::remove_file(folder.join(super::REPORT_FILE)) {
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(e),
+                _ => {}
+            }
+        }
+        Ok(BufWriter::with_capacity(1 << 16, File::create(path)?))
+    }
+
     fn write(&mut self, time: f64, event: &Event) -> std::io::Result<()> {
-        serde_json::to_writer(&mut self.file, &(time, event))?;
-        self.file.write_all(b"\n")?;
+        let file = match &mut self.file {
+            Some(file) => file,
+            None => self.file.insert(Self::open(&self.path)?),
+        };
+        serde_json::to_writer(&mut *file, &(time, event))?;
+        file.write_all(b"\n")?;
         if time - self.flushed >= FLUSH || matches!(event, Event::Begin(_) | Event::End(_)) {
             self.flushed = time;
-            self.file.flush()?;
+            file.flush()?;
         }
         Ok(())
     }
@@ -68,7 +77,7 @@ impl Recorder for JsonLines {
     fn finish(&mut self) -> Result<(), WriteError> {
         let outcome = match self.failure.take() {
             Some(failure) => Err(failure),
-            None => self.file.flush(),
+            None => self.file.as_mut().map_or(Ok(()), Write::flush),
         };
         outcome.map_err(|source| WriteError {
             path: self.path.clone(),

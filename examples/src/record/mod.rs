@@ -1,23 +1,30 @@
 //! What a run leaves behind: `result.json`, `topdown.svg`, the closing table, and the recording of all that happened.
 //!
-//! A run tells a [`Recorder`] its [`Event`]s. [`JsonLines`] writes them to `record.jsonl` as they come.
+//! A run tells a [`Recorder`] its [`Event`]s. [`JsonLines`] writes them to `record.jsonl` as they come; [`Html`] makes `report.html` of them.
 
+mod columns;
 mod event;
+mod html;
 mod json_lines;
+mod pack;
 mod recorder;
+mod replay;
 mod result;
 mod table;
 mod topdown;
 mod trace;
 
+pub use columns::{ColumnClass, Columns, FrontierColumns};
 pub use event::{
     Begin, Candidate, CellRuns, CellState, CycleEvent, DecisionEvent, Entry, Event, FoundEvent,
     FrontierShape, FrontiersEvent, GRAIN, GivenUpEvent, GridShape, HorizonEvent, LookEvent,
     PlanEvent, PoseEvent, ProgressEvent, RECORD_SCHEMA, RegionsEvent, RobotShape, ScanEvent,
     StageCycle, View, VolumeShape, round,
 };
+pub use html::{Html, REPORT_FILE};
 pub use json_lines::{JsonLines, RECORD_FILE, ReadError, read};
 pub use recorder::{Both, Memory, Recorder, Silent};
+pub use replay::{ReportError, rebuild, replay};
 pub use result::{Ended, GivenUp, Progress, RunResult, SCHEMA, StageMs, TargetFound, Wall};
 pub use table::closing_table;
 pub use topdown::{Ground, Mark, Outline, draw};

@@ -28,6 +28,8 @@ pub(super) struct Tap<'a> {
     recorder: &'a mut dyn Recorder,
     on: bool,
     grid: GridShape,
+    /// Layers in which faces are to be inspected.
+    band: std::ops::Range<usize>,
     /// State of each voxel, as recorded.
     cells: Vec<u8>,
     /// Columns of cells in which something may have changed.
@@ -58,11 +60,15 @@ impl<'a> Tap<'a> {
             cell_size: mapper.map.cell_size(),
             size: mapper.map.size(),
         };
-        let [nx, ny, _] = grid.size;
+        let [nx, ny, nz] = grid.size;
         let kept = |n: usize| if on { n } else { 0 };
+        let (low, high) = settings.map.inspect_band;
+        let layer = |v: f64| (v / grid.cell_size).clamp(0.0, nz as f64) as usize;
+        let band = layer(low + 1e-9)..layer(high + grid.cell_size - 1e-9);
         let mut tap = Self {
             recorder,
             on,
+            band,
             cells: vec![0; kept(grid.len())],
             touched: vec![false; kept(nx.div_ceil(BRICK) * ny.div_ceil(BRICK))],
             labels: vec![0; kept(nx * ny)],
@@ -90,6 +96,7 @@ impl<'a> Tap<'a> {
                 seed: settings.seed,
                 settings: settings.to_toml(),
                 grid,
+                layers: [0, nz],
                 ground: crate::record::Ground::of(scene),
                 robot: RobotShape {
                     joints: JOINT_NAMES.map(str::to_owned).to_vec(),
@@ -211,7 +218,7 @@ impl<'a> Tap<'a> {
                             CellState::Free
                         } else if !map.is_occupied(cell) {
                             CellState::Unknown
-                        } else if map.open_faces(cell) != 0 {
+                        } else if self.band.contains(&z) && map.open_faces(cell) != 0 {
                             CellState::Open
                         } else if map.is_inspected(cell) {
                             CellState::Inspected
