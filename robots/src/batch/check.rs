@@ -2,8 +2,8 @@
 
 use super::dispatch;
 use super::field::BatchField;
-use super::lanes::{LANES, Lanes, Lanes3, sin_cos};
-use super::model::{BatchBody, SphereLanes, StateBlock, to_world};
+use super::lanes::{LANES, Lanes, Lanes3};
+use super::model::{BatchBody, NO_SPHERES, SphereLanes, StateBlock, to_world, turns};
 use crate::manipulator::BodyState;
 use crate::view::SELF_MARGIN;
 
@@ -43,28 +43,32 @@ impl BatchBody {
     }
 
     #[inline(always)]
-    pub(super) fn spheres_inline(&self, states: &StateBlock) -> SphereLanes {
-        let mut centers = self.in_base(&states.joints);
-        let turn = sin_cos(&states.base[2]);
-        for c in &mut centers {
-            *c = to_world(&turn, &states.base, c);
+    pub(super) fn spheres_inline<const FMA: bool>(
+        &self,
+        states: &StateBlock,
+        centers: &mut SphereLanes,
+    ) {
+        self.in_base::<FMA>(&states.joints, centers);
+        let turn = turns::<FMA>(&states.base[2]);
+        for c in centers {
+            *c = to_world::<FMA>(&turn, &states.base, c);
         }
-        centers
     }
 
     #[inline(always)]
-    pub(super) fn free_inline<F: BatchField>(
+    pub(super) fn free_inline<F: BatchField, const FMA: bool>(
         &self,
         states: &StateBlock,
         field: &F,
         margin: f32,
     ) -> [bool; LANES] {
-        let centers = self.in_base(&states.joints);
+        let mut centers = NO_SPHERES;
+        self.in_base::<FMA>(&states.joints, &mut centers);
         let mut free = usable(states);
-        let turn = sin_cos(&states.base[2]);
+        let turn = turns::<FMA>(&states.base[2]);
         // The camera end hits first: from the tip to the shoulder, with a look at what is left after each few.
         for (k, (c, s)) in centers.iter().zip(&self.spheres).rev().enumerate() {
-            let world = to_world(&turn, &states.base, c);
+            let world = to_world::<FMA>(&turn, &states.base, c);
             let d = field.distances(&world[0], &world[1], &world[2]);
             let need = s.1 + margin + ROUNDING;
             for l in 0..LANES {

@@ -5,7 +5,7 @@
 
 use super::field::BatchField;
 use super::lanes::LANES;
-use super::model::{BatchBody, SphereLanes, StateBlock};
+use super::model::{BatchBody, NO_SPHERES, SphereLanes, StateBlock};
 
 #[cfg(any(target_arch = "x86_64", target_arch = "x86"))]
 #[inline]
@@ -15,8 +15,8 @@ fn has_avx2() -> bool {
 
 #[cfg(any(target_arch = "x86_64", target_arch = "x86"))]
 #[target_feature(enable = "avx2,fma")]
-fn spheres_avx2(body: &BatchBody, states: &StateBlock) -> SphereLanes {
-    body.spheres_inline(states)
+fn spheres_avx2(body: &BatchBody, states: &StateBlock, centers: &mut SphereLanes) {
+    body.spheres_inline::<true>(states, centers);
 }
 
 #[cfg(any(target_arch = "x86_64", target_arch = "x86"))]
@@ -27,17 +27,20 @@ fn free_avx2<F: BatchField>(
     field: &F,
     margin: f32,
 ) -> [bool; LANES] {
-    body.free_inline(states, field, margin)
+    body.free_inline::<F, true>(states, field, margin)
 }
 
 pub(super) fn spheres(body: &BatchBody, states: &StateBlock) -> SphereLanes {
+    let mut centers = NO_SPHERES;
     #[cfg(any(target_arch = "x86_64", target_arch = "x86"))]
     if has_avx2() {
         // SAFETY: the only requirement of a function with target features is that the machine has them, and it was
         // just asked.
-        return unsafe { spheres_avx2(body, states) };
+        unsafe { spheres_avx2(body, states, &mut centers) };
+        return centers;
     }
-    body.spheres_inline(states)
+    body.spheres_inline::<false>(states, &mut centers);
+    centers
 }
 
 pub(super) fn free<F: BatchField>(
@@ -51,5 +54,5 @@ pub(super) fn free<F: BatchField>(
         // SAFETY: as above.
         return unsafe { free_avx2(body, states, field, margin) };
     }
-    body.free_inline(states, field, margin)
+    body.free_inline::<F, false>(states, field, margin)
 }

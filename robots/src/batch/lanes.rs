@@ -11,11 +11,6 @@ pub type Lanes = [f32; LANES];
 pub(crate) type Lanes3 = [Lanes; 3];
 
 #[inline(always)]
-pub(crate) fn splat(v: f32) -> Lanes {
-    [v; LANES]
-}
-
-#[inline(always)]
 pub(crate) fn each(f: impl Fn(usize) -> f32) -> Lanes {
     let mut out = [0.0; LANES];
     for l in 0..LANES {
@@ -24,34 +19,14 @@ pub(crate) fn each(f: impl Fn(usize) -> f32) -> Lanes {
     out
 }
 
-/// `a * b + c * d`.
+/// `a * b + c`, in one rounding where the machine does that in one instruction (`FMA`).
 #[inline(always)]
-pub(crate) fn sum2(a: &Lanes, b: &Lanes, c: &Lanes, d: &Lanes) -> Lanes {
-    each(|l| a[l] * b[l] + c[l] * d[l])
+pub(crate) fn fused<const FMA: bool>(a: f32, b: f32, c: f32) -> f32 {
+    if FMA { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// A frame per lane, stored by columns like [`Frame`](crate::Frame).
-#[derive(Clone, Copy)]
-pub(crate) struct LaneFrame {
-    pub(crate) x: Lanes3,
-    pub(crate) y: Lanes3,
-    pub(crate) z: Lanes3,
-    pub(crate) p: Lanes3,
-}
-
-impl LaneFrame {
-    #[inline(always)]
-    pub(crate) fn apply(&self, c: [f32; 3]) -> Lanes3 {
-        let mut out = [[0.0; LANES]; 3];
-        for i in 0..3 {
-            for l in 0..LANES {
-                out[i][l] = self.p[i][l]
-                    + (self.x[i][l] * c[0] + self.y[i][l] * c[1] + self.z[i][l] * c[2]);
-            }
-        }
-        out
-    }
-}
+/// A frame per lane: columns x, y, z and origin, each with its three axes.
+pub(crate) type LaneFrame = [[Lanes; 3]; 4];
 
 const TWO_OVER_PI: f32 = std::f32::consts::FRAC_2_PI;
 // pi/2 in three parts, each short enough that a small integer times it is exact (Cody and Waite).
@@ -61,32 +36,33 @@ const PIO2_C: f32 = 7.549_789_948_768_648e-8;
 /// Adding and taking away 1.5 * 2^23 rounds to a whole number.
 const ROUND: f32 = 12_582_912.0;
 
-/// Sine and cosine of each lane; error below 2e-7 for angles up to a few hundred radians. NaN stays NaN.
+/// Sine and cosine; error below 2e-7 for angles up to a few hundred radians. NaN stays NaN.
 ///
-/// Minimax polynomials on [-pi/4, pi/4] after reduction by multiples of pi/2; no branches.
+/// Minimax polynomials on [-pi/4, pi/4] after reduction by multiples of pi/2; no branches, so that a loop over lanes
+/// becomes vector instructions.
 #[inline(always)]
-pub(crate) fn sin_cos(angle: &Lanes) -> (Lanes, Lanes) {
-    let (mut sin, mut cos) = ([0.0; LANES], [0.0; LANES]);
-    for l in 0..LANES {
-        let a = angle[l];
-        let shifted = a * TWO_OVER_PI + ROUND;
-        let quarter = shifted.to_bits();
-        let k = shifted - ROUND;
-        let r = ((a - k * PIO2_A) - k * PIO2_B) - k * PIO2_C;
-        let s = r * r;
-        // Taylor terms fitted to the interval's ends.
-        let p = r + r * s * (-1.666_665_46e-1 + s * (8.332_160_87e-3 + s * -1.951_529_59e-4));
-        let q = 1.0 - 0.5 * s
-            + s * s * (4.166_664_57e-2 + s * (-1.388_731_63e-3 + s * 2.443_315_71e-5));
-        let swap = quarter & 1 == 1;
-        let (u, v) = if swap { (q, p) } else { (p, q) };
-        // Bit 1 of the quarter flips the sine; bit 0 xor bit 1 flips the cosine.
-        let flip_sin = (quarter & 2) << 30;
-        let flip_cos = (quarter.wrapping_add(1) & 2) << 30;
-        sin[l] = f32::from_bits(u.to_bits() ^ flip_sin);
-        cos[l] = f32::from_bits(v.to_bits() ^ flip_cos);
-    }
-    (sin, cos)
+pub(crate) fn sin_cos<const FMA: bool>(angle: f32) -> (f32, f32) {
+    let shifted = fused::<FMA>(angle, TWO_OVER_PI, ROUND);
+    let quarter = shifted.to_bits();
+    let k = shifted - ROUND;
+    let r = fused::<FMA>(-k, PIO2_A, angle);
+    let r = fused::<FMA>(-k, PIO2_C, fused::<FMA>(-k, PIO2_B, r));
+    let s = r * r;
+    // Taylor terms fitted to the interval's ends.
+    let p = fused::<FMA>(s, -1.951_529_59e-4, 8.332_160_87e-3);
+    let p = fused::<FMA>(r * s, fused::<FMA>(s, p, -1.666_665_46e-1), r);
+    let q = fused::<FMA>(s, 2.443_315_71e-5, -1.388_731_63e-3);
+    let q = fused::<FMA>(s, q, 4.166_664_57e-2);
+    let q = fused::<FMA>(s * s, q, fused::<FMA>(s, -0.5, 1.0));
+    let swap = quarter & 1 == 1;
+    let (u, v) = if swap { (q, p) } else { (p, q) };
+    // Bit 1 of the quarter flips the sine; bit 0 xor bit 1 flips the cosine.
+    let flip_sin = (quarter & 2) << 30;
+    let flip_cos = (quarter.wrapping_add(1) & 2) << 30;
+    (
+        f32::from_bits(u.to_bits() ^ flip_sin),
+        f32::from_bits(v.to_bits() ^ flip_cos),
+    )
 }
 
 #[cfg(test)]
@@ -98,12 +74,13 @@ mod tests {
         let mut worst = 0.0f64;
         for i in 0..200_000 {
             let a = (f64::from(i) - 1e5) * 2e-4;
-            let (s, c) = sin_cos(&splat(a as f32));
-            let a = f64::from(a as f32);
-            worst = worst.max((f64::from(s[0]) - a.sin()).abs());
-            worst = worst.max((f64::from(c[LANES - 1]) - a.cos()).abs());
+            for (s, c) in [sin_cos::<false>(a as f32), sin_cos::<true>(a as f32)] {
+                let a = f64::from(a as f32);
+                worst = worst.max((f64::from(s) - a.sin()).abs());
+                worst = worst.max((f64::from(c) - a.cos()).abs());
+            }
         }
         assert!(worst < 2e-7, "{worst}");
-        assert!(sin_cos(&splat(f32::NAN)).0[0].is_nan());
+        assert!(sin_cos::<false>(f32::NAN).0.is_nan());
     }
 }

@@ -1,6 +1,6 @@
 //! The robot's tables in single precision, and forward kinematics of sixteen states at once.
 
-use super::lanes::{LANES, LaneFrame, Lanes, Lanes3, each, sin_cos, splat, sum2};
+use super::lanes::{LANES, LaneFrame, Lanes, Lanes3, fused, sin_cos};
 use crate::body::ARM_SPHERES;
 use crate::frame::Frame;
 use crate::manipulator::{BodyState, MobileManipulator};
@@ -62,6 +62,9 @@ impl StateBlock {
 /// Sphere centres of sixteen states: `[sphere][axis][lane]`, m.
 pub type SphereLanes = [[Lanes; 3]; ARM_SPHERES];
 
+/// To be filled.
+pub(crate) const NO_SPHERES: SphereLanes = [[[0.0; LANES]; 3]; ARM_SPHERES];
+
 impl BatchBody {
     /// Copies the robot's tables.
     #[must_use]
@@ -105,113 +108,111 @@ impl BatchBody {
 
     /// Sphere centres in the base frame, in the order of [`ArmBody::spheres`](crate::ArmBody::spheres).
     #[inline(always)]
-    pub(crate) fn in_base(&self, joints: &[Lanes; 6]) -> SphereLanes {
-        let frames = self.chain(joints);
-        let mut out = [[[0.0; LANES]; 3]; ARM_SPHERES];
+    pub(crate) fn in_base<const FMA: bool>(&self, joints: &[Lanes; 6], out: &mut SphereLanes) {
+        let mut frames = [[[[0.0; LANES]; 3]; 4]; 7];
+        self.chain::<FMA>(joints, &mut frames);
         for (to, (center, _, link)) in out.iter_mut().zip(&self.spheres) {
-            *to = frames[usize::from((*link).min(6))].apply(*center);
+            let [x, y, z, p] = &frames[usize::from((*link).min(6))];
+            let [a, b, c] = *center;
+            for i in 0..3 {
+                for l in 0..LANES {
+                    let sum = fused::<FMA>(y[i][l], b, fused::<FMA>(z[i][l], c, p[i][l]));
+                    to[i][l] = fused::<FMA>(x[i][l], a, sum);
+                }
+            }
         }
-        out
     }
 
-    /// Frames 0 (mount) to 6 (flange) in the base frame: the DH recursion of [`Ur5e::chain`](crate::Ur5e::chain).
+    /// Frames 0 (mount) to 6 (flange) in the base frame: the DH recursion of [`Ur5e::chain`](crate::Ur5e::chain), one
+    /// lane after the other in the source, in vectors in the machine's code.
     #[inline(always)]
-    fn chain(&self, joints: &[Lanes; 6]) -> [LaneFrame; 7] {
-        let wide = |v: [f32; 3]| v.map(splat);
-        let root = LaneFrame {
-            x: wide(self.mount[0]),
-            y: wide(self.mount[1]),
-            z: wide(self.mount[2]),
-            p: wide(self.mount[3]),
-        };
+    fn chain<const FMA: bool>(&self, joints: &[Lanes; 6], frames: &mut [LaneFrame; 7]) {
         let [d1, a2, a3, d4, d5, d6] = self.lengths;
-        let f1 = up(&root, &joints[0], d1);
-        let f2 = flat(&f1, &joints[1], a2, 0.0);
-        let f3 = flat(&f2, &joints[2], a3, 0.0);
-        let f4 = up(&f3, &joints[3], d4);
-        let f5 = down(&f4, &joints[4], d5);
-        let f6 = flat(&f5, &joints[5], 0.0, d6);
-        [root, f1, f2, f3, f4, f5, f6]
+        let root = Narrow(self.mount);
+        for l in 0..LANES {
+            let angle = |j: usize| sin_cos::<FMA>(joints[j][l]);
+            let f1 = root.turned::<FMA>(angle(0), 0.0, d1).folded();
+            let f2 = f1.turned::<FMA>(angle(1), a2, 0.0);
+            let f3 = f2.turned::<FMA>(angle(2), a3, 0.0);
+            let f4 = f3.turned::<FMA>(angle(3), 0.0, d4).folded();
+            let f5 = f4.turned::<FMA>(angle(4), 0.0, d5).folded_back();
+            let f6 = f5.turned::<FMA>(angle(5), 0.0, d6);
+            root.store(&mut frames[0], l);
+            f1.store(&mut frames[1], l);
+            f2.store(&mut frames[2], l);
+            f3.store(&mut frames[3], l);
+            f4.store(&mut frames[4], l);
+            f5.store(&mut frames[5], l);
+            f6.store(&mut frames[6], l);
+        }
+    }
+}
+
+/// A frame of one lane: columns and origin.
+#[derive(Clone, Copy)]
+struct Narrow([[f32; 3]; 4]);
+
+impl Narrow {
+    /// Turned about z, moved by `d` along it and by `a` along the new x.
+    #[inline(always)]
+    fn turned<const FMA: bool>(&self, (s, c): (f32, f32), a: f32, d: f32) -> Self {
+        let [x, y, z, p] = self.0;
+        let mut out = self.0;
+        for i in 0..3 {
+            out[0][i] = fused::<FMA>(x[i], c, y[i] * s);
+            out[1][i] = fused::<FMA>(y[i], c, -(x[i] * s));
+            out[3][i] = fused::<FMA>(out[0][i], a, fused::<FMA>(z[i], d, p[i]));
+        }
+        Self(out)
+    }
+
+    /// Turned by pi/2 about x.
+    #[inline(always)]
+    fn folded(&self) -> Self {
+        let [x, y, z, p] = self.0;
+        Self([x, z, y.map(|v| -v), p])
+    }
+
+    /// Turned by -pi/2 about x.
+    #[inline(always)]
+    fn folded_back(&self) -> Self {
+        let [x, y, z, p] = self.0;
+        Self([x, z.map(|v| -v), y, p])
+    }
+
+    #[inline(always)]
+    fn store(&self, to: &mut LaneFrame, l: usize) {
+        for k in 0..4 {
+            for i in 0..3 {
+                to[k][i][l] = self.0[k][i];
+            }
+        }
     }
 }
 
 /// Points of the base frame in the world.
 #[inline(always)]
-pub(crate) fn to_world(turn: &(Lanes, Lanes), base: &[Lanes; 3], p: &Lanes3) -> Lanes3 {
+pub(crate) fn to_world<const FMA: bool>(
+    turn: &(Lanes, Lanes),
+    base: &[Lanes; 3],
+    p: &Lanes3,
+) -> Lanes3 {
     let (sin, cos) = turn;
-    [
-        each(|l| base[0][l] + (cos[l] * p[0][l] - sin[l] * p[1][l])),
-        each(|l| base[1][l] + (sin[l] * p[0][l] + cos[l] * p[1][l])),
-        p[2],
-    ]
-}
-
-#[inline(always)]
-fn turned(f: &LaneFrame, angle: &Lanes) -> (Lanes3, Lanes3) {
-    let (s, c) = sin_cos(angle);
-    let minus = each(|l| -s[l]);
-    let (mut x, mut y) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-    for i in 0..3 {
-        x[i] = sum2(&f.x[i], &c, &f.y[i], &s);
-        y[i] = sum2(&f.y[i], &c, &f.x[i], &minus);
-    }
-    (x, y)
-}
-
-#[inline(always)]
-fn moved(p: &Lanes3, along: &Lanes3, by: f32) -> Lanes3 {
     let mut out = *p;
-    for i in 0..3 {
-        for l in 0..LANES {
-            out[i][l] += along[i][l] * by;
-        }
+    for l in 0..LANES {
+        let (x, y) = (p[0][l], p[1][l]);
+        out[0][l] = fused::<FMA>(cos[l], x, fused::<FMA>(-sin[l], y, base[0][l]));
+        out[1][l] = fused::<FMA>(sin[l], x, fused::<FMA>(cos[l], y, base[1][l]));
     }
     out
 }
 
+/// Sine and cosine of every lane.
 #[inline(always)]
-fn negated(v: &Lanes3) -> Lanes3 {
-    let mut out = *v;
-    for row in &mut out {
-        for value in row {
-            *value = -*value;
-        }
+pub(crate) fn turns<const FMA: bool>(angle: &Lanes) -> (Lanes, Lanes) {
+    let (mut sin, mut cos) = ([0.0; LANES], [0.0; LANES]);
+    for l in 0..LANES {
+        (sin[l], cos[l]) = sin_cos::<FMA>(angle[l]);
     }
-    out
-}
-
-/// Joint with a = 0, alpha = pi/2.
-#[inline(always)]
-fn up(f: &LaneFrame, angle: &Lanes, d: f32) -> LaneFrame {
-    let (x, y) = turned(f, angle);
-    LaneFrame {
-        x,
-        y: f.z,
-        z: negated(&y),
-        p: moved(&f.p, &f.z, d),
-    }
-}
-
-/// Joint with a = 0, alpha = -pi/2.
-#[inline(always)]
-fn down(f: &LaneFrame, angle: &Lanes, d: f32) -> LaneFrame {
-    let (x, y) = turned(f, angle);
-    LaneFrame {
-        x,
-        y: negated(&f.z),
-        z: y,
-        p: moved(&f.p, &f.z, d),
-    }
-}
-
-/// Joint with alpha = 0.
-#[inline(always)]
-fn flat(f: &LaneFrame, angle: &Lanes, a: f32, d: f32) -> LaneFrame {
-    let (x, y) = turned(f, angle);
-    LaneFrame {
-        x,
-        y,
-        z: f.z,
-        p: moved(&moved(&f.p, &x, a), &f.z, d),
-    }
+    (sin, cos)
 }
