@@ -84,6 +84,8 @@ const ELBOW_SLACK_SINGULAR: f64 = 1e-4;
 const KEEP: f64 = 1e-8;
 /// Distance to a singular set that raises its flag.
 const FLAG: f64 = 1e-6;
+/// Some units in the last place.
+const ROUNDING: f64 = 4e-15;
 /// Closure error (m or rad) above which a Newton step is tried.
 const POLISH: f64 = 1e-13;
 
@@ -179,9 +181,13 @@ impl Ur5e {
                 }
             }
             if let Some(elbow) = elbow {
+                // Near the sets of the wrist and the shoulder rounding in q6 and q1 moves the elbow's target by as much
+                // more, and so far is the square of sin q3 uncertain.
+                let wrist_doubt = if singular { 0.0 } else { ROUNDING / s5_abs };
+                let doubt = wrist_doubt + ROUNDING / plane.reach.abs().max(FLAG);
                 let flags = Singular {
                     shoulder,
-                    elbow: elbow.s3 < FLAG,
+                    elbow: elbow.s3 * elbow.s3 < FLAG * FLAG + doubt,
                     wrist: s5_abs < FLAG,
                 };
                 self.elbow_branches(t, q1, (s1, c1), &wrist, &elbow, bit | wrist_bit, flags, out);

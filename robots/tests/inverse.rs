@@ -253,3 +253,23 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_straight_elbow_near_the_shoulder_cylinder_is_flagged() {
+    // Rounding in q1 makes q3 come out as 1.7e-6 here, beyond the flag's usual width.
+    let (arm, mut out) = (Ur5e::default(), IkSolutions::default());
+    let q = [
+        -2.7803392223299146,
+        -1.4694354649218415,
+        0.0,
+        -2.651540809594321,
+        0.0562746855010392,
+        2.786915170166438,
+    ];
+    arm.ik_near(&frame(&arm, &q), 0.0, &mut out);
+    assert!(out.as_slice().iter().any(|s| s.singular.elbow));
+    // A bent elbow near the same place is not.
+    let bent = [q[0], q[1], 0.01, q[3], q[4], q[5]];
+    arm.ik_near(&frame(&arm, &bent), 0.0, &mut out);
+    assert!(!out.is_empty() && out.as_slice().iter().all(|s| !s.singular.elbow));
+}

@@ -5,7 +5,8 @@
 //! ```
 //!
 //! Times are CPU time of one thread. With `--python` the closed-form IK of the PyPI package `eaik` is timed in the same
-//! run through its Python call; it is skipped with a message where the package is missing.
+//! run through its Python call, and forward kinematics and Jacobians are compared with those of `pin` (Pinocchio); each
+//! is skipped with a message where the package is missing.
 #![allow(
     missing_docs,
     clippy::print_stdout,
@@ -339,6 +340,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "library_of_one_cluster": library(&robot, &room),
         "differential_ik": numeric()?,
         "peer": peer::eaik(value("--python").as_deref(), &robot.arm, own),
+        "pinocchio": peer::pinocchio(value("--python").as_deref(), &robot.arm),
     });
     if args.iter().any(|a| a == "--json") {
         println!("{}", serde_json::to_string_pretty(&report)?);
