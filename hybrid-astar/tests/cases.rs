@@ -541,3 +541,27 @@ fn narrow_doors_are_refused_by_proof_and_wide_ones_passed() {
         }
     }
 }
+
+/// Tests run in debug and in release: both must find these very numbers.
+#[test]
+fn debug_and_release_plan_the_same() {
+    let map = two_rooms(0.9);
+    let mut seen = Vec::new();
+    for (start, goal, yaw) in [
+        ([1.0, 1.0, 0.0], [7.0, 5.0], GoalYaw::Free),
+        ([1.0, 5.0, 2.0], [6.5, 0.8], GoalYaw::Fixed(-1.0)),
+        ([3.0, 3.0, 3.1], [5.2, 3.1], GoalYaw::Fixed(3.1)),
+    ] {
+        let p = go(&map, start, goal, &yaw);
+        let sum: f64 = p
+            .poses()
+            .iter()
+            .map(|q| q[0] + 2.0 * q[1] + 3.0 * q[2])
+            .sum();
+        seen.push((p.expansions, (sum * 1e6).round() / 1e6));
+    }
+    assert_eq!(
+        seen,
+        [(33, 2136.962669), (4388, 5500.095626), (21, 1122.365247)]
+    );
+}

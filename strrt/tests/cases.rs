@@ -387,3 +387,33 @@ fn a_finished_planner_does_nothing_more() {
     assert_eq!(planner.step(100), 0);
     assert_eq!(planner.iterations(), 0);
 }
+
+/// Tests run in debug and in release: both must find these very numbers.
+#[test]
+fn debug_and_release_plan_the_same() {
+    let arm = from_fn([(-2.0, 2.0); 2], [0.8; 2], |q: &[f64; 2], _| {
+        q[0].abs() > 0.4 || q[1] > 0.9
+    });
+    let mut seen = Vec::new();
+    for variant in [
+        Variant::Published,
+        Variant::MultiStep,
+        Variant::Bidirectional,
+    ] {
+        let params = Params {
+            variant,
+            ..defaults()
+        };
+        let p = plan(&arm, [-1.2, 0.3], [1.2, -0.2], 60, 0.1, &params, 5).unwrap();
+        seen.push((p.iterations, p.checks, (p.cost * 1e9).round() / 1e9));
+    }
+    // One step at a time does not get round within 2000 samples.
+    assert_eq!(
+        seen,
+        [
+            (2000, 3433, f64::INFINITY),
+            (423, 4939, 3.223825407),
+            (204, 2702, 3.190382057)
+        ]
+    );
+}

@@ -190,6 +190,20 @@ proptest! {
         }
     }
 
+    /// More time never makes a task infeasible, if the arm may hold the goal meanwhile.
+    #[test]
+    fn more_time_never_hurts(task in tasks(), more in 1..25usize, variant in prop::sample::select(vec![Variant::MultiStep, Variant::Bidirectional])) {
+        let params = Params { variant, iterations: 300, improvements: 0, max_wait: 0, ..Params::default() };
+        let found = plan(&task.arm, task.start, task.goal, task.steps, 0.1, &params, task.seed).unwrap();
+        let holds = (task.steps..task.steps + more).all(|step| task.arm.is_valid(&task.goal, step));
+        if found.status == Status::Solved && holds {
+            // Other samples, so with room for bad luck.
+            let params = Params { iterations: 50_000, ..params };
+            let longer = plan(&task.arm, task.start, task.goal, task.steps + more, 0.1, &params, task.seed).unwrap();
+            prop_assert_eq!(longer.status, Status::Solved);
+        }
+    }
+
     /// A straight motion that is free is the plan, at the least cost there is.
     #[test]
     fn straight_motions_are_plans(task in tasks()) {
