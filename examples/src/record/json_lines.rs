@@ -26,7 +26,7 @@ pub struct JsonLines {
 
 impl JsonLines {
     /// A recording in `record.jsonl` of `folder`. The first event makes the folder if need be, and replaces an older recording
-    /// and the report that was made of it.
+    /// and what was made of it.
     pub fn new(folder: &Path) -> Self {
         Self {
             path: folder.join(RECORD_FILE),
@@ -44,9 +44,11 @@ impl JsonLines {
     fn open(path: &Path) -> std::io::Result<BufWriter<File>> {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder)?;
-            match std::fs::remove_file(folder.join(super::REPORT_FILE)) {
-                Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(e),
-                _ => {}
+            for made in [super::REPORT_FILE, super::TRACE_FILE] {
+                match std::fs::remove_file(folder.join(made)) {
+                    Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(e),
+                    _ => {}
+                }
             }
         }
         Ok(BufWriter::with_capacity(1 << 16, File::create(path)?))

@@ -10,6 +10,7 @@ mod pack;
 mod recorder;
 mod replay;
 mod result;
+mod ros;
 mod table;
 mod topdown;
 mod trace;
@@ -26,6 +27,7 @@ pub use json_lines::{JsonLines, RECORD_FILE, ReadError, read};
 pub use recorder::{Both, Memory, Recorder, Silent};
 pub use replay::{ReportError, rebuild, replay};
 pub use result::{Ended, GivenUp, Progress, RunResult, SCHEMA, StageMs, TargetFound, Wall};
+pub use ros::{TRACE_FILE, Trace as RosTrace};
 pub use table::closing_table;
 pub use topdown::{Ground, Mark, Outline, draw};
 pub use trace::{Coverage, MapLayer, Sample, Stop, Trace};
@@ -77,8 +79,14 @@ pub fn write_file(folder: &Path, name: &str, text: &str) -> Result<PathBuf, Writ
     };
     std::fs::create_dir_all(folder).map_err(fail(folder))?;
     let path = folder.join(name);
-    let partial = folder.join(format!(".{name}.partial"));
+    let partial = partial_name(&path);
     std::fs::write(&partial, text).map_err(fail(&partial))?;
     std::fs::rename(&partial, &path).map_err(fail(&path))?;
     Ok(path)
+}
+
+/// Name that a file has until it is whole.
+fn partial_name(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.partial"))
 }

@@ -2,7 +2,8 @@
 
 use super::html::Html;
 use super::json_lines::{RECORD_FILE, ReadError, read};
-use super::recorder::Recorder;
+use super::recorder::{Both, Recorder};
+use super::ros::{TRACE_FILE, Trace as RosTrace};
 use super::{REPORT_FILE, WriteError};
 use std::path::{Path, PathBuf};
 
@@ -29,13 +30,17 @@ pub fn replay(folder: &Path, recorder: &mut dyn Recorder) -> Result<(), ReportEr
     Ok(recorder.finish()?)
 }
 
-/// Makes `report.html` of the recording in `folder`, with the figures of `result.json` if it is there. Returns the files written.
+/// Makes `report.html` and `trace.mcap` of the recording in `folder`, the report with the figures of `result.json` if it is there.
+/// Returns the files written.
 ///
 /// # Errors
 /// [`ReportError`].
 pub fn rebuild(folder: &Path) -> Result<Vec<PathBuf>, ReportError> {
     let result = std::fs::read(folder.join("result.json"));
     let result = result.ok().and_then(|t| serde_json::from_slice(&t).ok());
-    replay(folder, &mut Html::new(folder, result))?;
-    Ok(vec![folder.join(REPORT_FILE)])
+    let mut made = Both(Html::new(folder, result), RosTrace::new(folder));
+    replay(folder, &mut made)?;
+    Ok([REPORT_FILE, TRACE_FILE]
+        .map(|name| folder.join(name))
+        .to_vec())
 }

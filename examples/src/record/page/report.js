@@ -220,7 +220,8 @@ function paintCells() {
       if (kind >= 3 && on.surface === false) color = CLASS[3];
       if (looked && on.seen && looked[i]) color = kind >= 3 ? [21, 128, 61] : [187, 247, 208];
       if (on.explore && front[i] & 1) color = mix(color, explore, 0.72);
-      if (on.inspect && front[i] & 2) color = mix(color, inspect, 0.8);
+      // Where a part of the wall is done the blue lets it through.
+      if (on.inspect && front[i] & 2) color = mix(color, inspect, kind === 5 && on.surface ? 0.45 : 0.8);
       const at = 4 * ((ny - 1 - row) * nx + column);
       image.data[at] = color[0]; image.data[at + 1] = color[1]; image.data[at + 2] = color[2]; image.data[at + 3] = 255;
     }
@@ -338,10 +339,10 @@ function drawTags() {
     text(label, right ? x - 9 : x + 9, y + 4, is ? '#166534' : '#4b5563', { align: right ? 'right' : 'left' });
   }
 }
-function trail(columns, time) {
+function trail(columns, from, time) {
   const out = [], n = until(poseTimes, time);
   let before = null;
-  for (let i = 0; i < n; i++) {
+  for (let i = Math.max(until(poseTimes, from) - 1, 0); i < n; i++) {
     const p = columns.map((c) => poses.columns[c][i] / 100);
     if (before && i < n - 1 && Math.hypot(p[0] - before[0], p[1] - before[1]) < 0.04) continue;
     out.push(p); before = p;
@@ -359,8 +360,13 @@ function drawHeats() {
     }
   }
   if (on.scene) drawScene();
-  if (on.base) { const way = trail([1, 2], now); stroke(way, '#ffffff', 3.6); stroke(way, COLOR.base, 1.8); }
-  if (on.camera) byHeight(trail([4, 5, 6], now), 1.7, 0.85);
+  // What is long ago is pale, so that a long run stays readable.
+  const fresh = Math.max(now - 90, 0);
+  if (on.base) {
+    pen.globalAlpha = 0.28; stroke(trail([1, 2], 0, fresh), COLOR.base, 1.4); pen.globalAlpha = 1;
+    const way = trail([1, 2], fresh, now); stroke(way, '#ffffff', 3.6); stroke(way, COLOR.base, 1.8);
+  }
+  if (on.camera) { byHeight(trail([4, 5, 6], 0, fresh), 1.2, 0.16); byHeight(trail([4, 5, 6], fresh, now), 1.7, 0.85); }
   if (on.reached) for (const view of reached) if (view.t <= now) wedge(view, '#0891b2', 14);
   if (on.given) for (const place of data.givenUp) if (place.t <= now) {
     const x = X(place.place[0]), y = Y(place.place[1]);
@@ -576,8 +582,8 @@ function words() {
     : `${begin.planner} planner, ${begin.sensors === 'both' ? 'LiDAR and camera' : 'camera alone'}, seed ${begin.seed}: ${found.length} of ${tags.length} tags; ${how} at ${fixed(end)} s`;
   $('arm-box').hidden = flap || !poses.rows;
   const named = (list) => list.map(([name, color]) => `<b style="color:${color}">${escape(name)}</b>`).join(', ');
-  if (flap) $('plot-title').textContent = 'Probability to have seen the object (click to go there)';
-  else $('plot-title').innerHTML = `Share ${named([['explored', '#2563eb'], ['inspected', SURFACE.inspected]])}, and ${named([['tags found', COLOR.found]])} (click to go there)`;
+  if (flap) $('plot-title').textContent = 'Probability to have seen the object';
+  else $('plot-title').innerHTML = `Share ${named([['explored', '#2563eb'], ['inspected', SURFACE.inspected]])} and ${named([['tags found', COLOR.found]])} over time`;
   if (flap) $('second-title').innerHTML = `Share known of ${named(begin.volumes.map((v, k) => [v.name.replace(/_/g, ' '), VOLUME[k % VOLUME.length]]))}`;
   else $('second-title').innerHTML = `Wall time of a simulated second, ms: ${named(stages.filter((s) => STAGE[s.name]).map((s) => [stageName(s.name), STAGE[s.name]]))}`;
   const below = $('below'), add = (html, tag = 'div') => { const box = document.createElement(tag); box.innerHTML = html; below.append(box); return box; };
