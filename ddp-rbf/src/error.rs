@@ -35,6 +35,24 @@ pub enum Error {
         /// Knots needed.
         needed: usize,
     },
+    /// A matrix or vector of a size that does not fit the others.
+    #[error("{what} of knot {knot} is {given:?}, rows by columns, and must be {needed:?}")]
+    Shape {
+        /// Which one.
+        what: &'static str,
+        /// Knot of the horizon.
+        knot: usize,
+        /// Rows and columns given.
+        given: (usize, usize),
+        /// Rows and columns needed.
+        needed: (usize, usize),
+    },
+    /// A cost that has no minimum, or none that is unique.
+    #[error("the cost has no minimum over the input of knot {knot}")]
+    Indefinite {
+        /// Knot of the horizon.
+        knot: usize,
+    },
     /// A robot of spheres that does not fit together.
     #[error("{what} ({index})")]
     Chain {

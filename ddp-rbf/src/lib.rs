@@ -34,6 +34,8 @@ mod check;
 mod clearance;
 mod constraint;
 mod cost;
+#[cfg(feature = "faer")]
+mod dense;
 mod elementary;
 mod error;
 mod field;
@@ -56,6 +58,8 @@ pub use check::{check_constraint, check_cost, check_jacobians, check_step};
 pub use clearance::{PairClearance, PlaneClearance, SphereClearance};
 pub use constraint::{Constraint, Horizon, Penalty};
 pub use cost::{CostModel, Expansion, Tracking};
+#[cfg(feature = "faer")]
+pub use dense::{LqProblem, LqSolution, LqStage};
 pub use error::Error;
 pub use field::{BoxField, Field, GridField};
 pub use guard::{GuardParams, Verdict, guard};

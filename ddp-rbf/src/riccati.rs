@@ -400,7 +400,8 @@ impl<const NX: usize, const NU: usize> Kernel<LANES> for Backward<'_, NX, NU> {
     }
 }
 
-/// The same with dense matrices, for sizes beyond [`fits`]; and the other opinion in tests.
+/// The same with dense matrices, for sizes beyond [`fits`].
+#[cfg(not(feature = "faer"))]
 pub(crate) fn backward_dense<const NX: usize, const NU: usize>(
     linear: &[Linear<NX, NU>],
     models: &[Expansion<NX, NU>],

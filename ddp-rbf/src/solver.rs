@@ -2,8 +2,12 @@
 
 use crate::constraint::{Constraint, Horizon};
 use crate::cost::{CostModel, Expansion};
+#[cfg(feature = "faer")]
+use crate::dense::backward as backward_large;
 use crate::error::{Error, positive};
-use crate::riccati::{Backward, Expected, Pattern, Policy, backward_dense, fits};
+#[cfg(not(feature = "faer"))]
+use crate::riccati::backward_dense as backward_large;
+use crate::riccati::{Backward, Expected, Pattern, Policy, fits};
 use crate::robot::{Linear, Robot};
 use crate::simd::dispatch_narrow;
 use nalgebra::{SMatrix, SVector};
@@ -476,7 +480,7 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
                 policies: &mut self.policies,
             })
         } else {
-            backward_dense(
+            backward_large(
                 &self.linear,
                 &self.now.models,
                 &self.gaps,
