@@ -8,12 +8,15 @@ use ddp_rbf::{
     Options, Robot, SafetyLayer, SafetyParams,
 };
 
-/// Length of a run, s.
-const DURATION: f64 = 8.0;
 /// Control period, s.
 const PERIOD: f64 = 0.05;
+/// A robot whose reference has ended and that has come no nearer to its end for this long gives up and stands, s: the place
+/// for a new plan.
+const PATIENCE: f64 = 4.0;
 /// Time between looks at the exact clearance, s.
 const LOOK: f64 = 0.01;
+/// Distance from the end of the reference at which a robot has arrived, m.
+pub(crate) const ARRIVED: f64 = 0.3;
 /// Knots of the horizon of 3 s.
 const KNOTS: usize = 60;
 
@@ -30,6 +33,8 @@ pub(crate) struct Scheme {
     pub(crate) iterations: usize,
     /// Whether inputs can only change at a limited rate, in the plant too.
     pub(crate) limited: bool,
+    /// Length of the run, s.
+    pub(crate) duration: f64,
 }
 
 impl Scheme {
@@ -43,6 +48,7 @@ impl Scheme {
             guard: true,
             iterations: 3,
             limited: false,
+            duration: 8.0,
         }
     }
 
@@ -95,7 +101,7 @@ impl Run {
             && self.own >= 0.0
             && self.input_room >= -1e-9
             && self.joint_room >= 0.0
-            && self.error < 0.3
+            && self.error < ARRIVED
     }
 }
 
@@ -147,7 +153,9 @@ pub(crate) fn run(
         states: vec![x],
         inputs: Vec::new(),
     };
-    let steps = (DURATION / PERIOD).round() as usize;
+    let end = instance.states[instance.states.len() - 1];
+    let (mut nearest, mut nearest_at) = (f64::INFINITY, 0.0);
+    let steps = (scheme.duration / PERIOD).round() as usize;
     for step in 0..steps {
         let t = step as f64 * PERIOD;
         let mut jumped = false;
@@ -170,7 +178,16 @@ pub(crate) fn run(
         } else {
             mpc.step(&DriveArm, &cost, &terms.all(), &x, &options)?;
         }
-        let command = mpc.inputs()[0];
+        let away = (x[0] - end[0]).hypot(x[1] - end[1]);
+        if away < nearest - 0.01 || t < ROW * instance.states.len() as f64 {
+            (nearest, nearest_at) = (away, t);
+        }
+        let given_up = away > ARRIVED && t - nearest_at > PATIENCE;
+        let command = if given_up {
+            U::zeros()
+        } else {
+            mpc.inputs()[0]
+        };
         let target = if scheme.guard {
             let hard = map.terms(problem, scheme.barrier, Some(0.0), 0.0);
             let hard: [&dyn Constraint<9, 8>; 4] = [&hard.joints, &hard.base, &hard.arm, &hard.own];
@@ -207,7 +224,6 @@ pub(crate) fn run(
             out.inputs.push(now);
         }
     }
-    let end = instance.states[instance.states.len() - 1];
     out.error = (x[0] - end[0]).hypot(x[1] - end[1]);
     out.speed = now.amax();
     out.counts = layer.counts();

@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! cargo run --release -p ddp-rbf --example mobile_manipulator -- DIR [--json] [--knots 60] [--cells 0.05,0.1,0.15]
-//!     [--sudden CASES] [--robot mm-robot.json] [--candidates FILE] [--log FILE]
+//!     [--sudden CASES] [--robot mm-robot.json] [--peer] [--candidates FILE] [--log FILE]
 //! ```
 //!
 //! DIR holds `problem.json` and the instances. For each instance: the cost of the horizon and its gap to the reference
-//! optimum from both guesses, iterations, CPU time of an iteration; then closed loop on a voxel map with the defaults and
+//! optimum from both guesses, iterations, CPU time of an iteration (with `--peer` beside OpEn's PANOC on the same model); then closed loop on a voxel map with the defaults and
 //! with the paper's scheme. `--candidates` and `--log` write trajectories for an independent judge. Times are CPU times of
 //! this thread in microseconds. With `--features clarabel` the safety layer projects unsafe commands, otherwise it makes them
 //! smaller or brakes.
@@ -15,6 +15,7 @@
 mod closed;
 mod esdf;
 mod open;
+mod peer;
 mod problem;
 mod sudden;
 
@@ -32,6 +33,7 @@ struct Asked {
     cells: Vec<f64>,
     sudden: usize,
     robot: Option<PathBuf>,
+    peer: bool,
     candidates: Option<PathBuf>,
     log: Option<PathBuf>,
 }
@@ -44,6 +46,7 @@ fn asked() -> Outcome<Asked> {
         cells: vec![0.15],
         sudden: 0,
         robot: None,
+        peer: false,
         candidates: None,
         log: None,
     };
@@ -52,6 +55,7 @@ fn asked() -> Outcome<Asked> {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
             "--json" => out.json = true,
+            "--peer" => out.peer = true,
             "--knots" => out.knots = list(&value()?)?,
             "--cells" => out.cells = list(&value()?)?,
             "--sudden" => out.sudden = value()?.parse()?,
@@ -100,6 +104,12 @@ fn main() -> Outcome<()> {
         for &n in &asked.knots {
             row[format!("N{n}")] =
                 open_loop(&problem, instance, n, &mut summary, &mut candidates, &say)?;
+            if let (true, Some(best)) = (asked.peer, instance.best("rbf", n)) {
+                let found = peer::solve(&problem, instance, n, best)?;
+                say(format!("{:18} N={n:<3} OpEn {found}", instance.name));
+                summary.compare(&row[format!("N{n}")], &found);
+                row[format!("N{n}")]["open_engine"] = found;
+            }
         }
         for &cell in &asked.cells {
             row[format!("closed_{}cm", (cell * 100.0).round())] =
@@ -139,12 +149,29 @@ struct Summary {
     per_iteration: Vec<f64>,
     to_optimum: [Vec<f64>; 2],
     tracking: [Vec<f64>; 2],
+    /// Times of OpEn over ours to 1e-4, as they are and less what second derivatives cost.
+    peer: [Vec<f64>; 2],
     steps: Vec<f64>,
     good: [usize; 2],
     runs: usize,
 }
 
 impl Summary {
+    fn compare(&mut self, ours: &Value, theirs: &Value) {
+        for guess in ["reference", "hold"] {
+            for (i, what) in ["us_to_1e-4", "us_less_second_derivatives"]
+                .iter()
+                .enumerate()
+            {
+                let (a, b) = (
+                    ours[guess]["us_to_1e-4"].as_f64(),
+                    theirs[guess][what].as_f64(),
+                );
+                self.peer[i].extend(b.zip(a).map(|(b, a)| b / a));
+            }
+        }
+    }
+
     fn value(&self) -> Value {
         json!({
             "solves_that_reach_the_optimum": format!("{} of {}", self.reached, self.solves),
@@ -155,6 +182,9 @@ impl Summary {
                 "median": percentile(&self.tracking[0], 0.5), "worst": percentile(&self.tracking[0], 1.0) },
             "tracking_over_hard_optimum_paper": {
                 "median": percentile(&self.tracking[1], 0.5), "worst": percentile(&self.tracking[1], 1.0) },
+            "open_engine_time_over_ours_to_1e-4": {
+                "solved": self.peer[0].len(), "median": percentile(&self.peer[0], 0.5),
+                "median_less_second_derivatives": percentile(&self.peer[1], 0.5) },
             "us_per_control_step": {
                 "median": percentile(&self.steps, 0.5), "p99": percentile(&self.steps, 0.99),
                 "worst": percentile(&self.steps, 1.0) },
