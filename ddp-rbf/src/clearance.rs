@@ -321,8 +321,8 @@ impl<T: Terms, const NX: usize, const NU: usize> Kernel for Batch<'_, '_, T, NX,
         let mut answers = [[[0.0; LANES]; 4]; CHUNK];
         let mut at = [V::zero(); MAX_STATES];
         let mut slopes = [V::zero(); MAX_STATES];
-        let mut gradient = [V::zero(); MAX_STATES];
-        let mut hessian = [[V::zero(); MAX_STATES]; MAX_STATES];
+        let mut gradient = [V::zero(); NX];
+        let mut hessian = [[V::zero(); NX]; NX];
         let mut k = 1;
         while k <= n {
             let lanes = LANES.min(n + 1 - k);
@@ -383,8 +383,8 @@ impl<T: Terms, const NX: usize, const NU: usize> Kernel for Batch<'_, '_, T, NX,
 /// Adds gradients and Hessians (lower triangles) of the states `from..states`, lanes to knots.
 #[inline(always)]
 fn add_models<V: Vector, const NX: usize, const NU: usize>(
-    gradient: &[V; MAX_STATES],
-    hessian: &[[V; MAX_STATES]; MAX_STATES],
+    gradient: &[V; NX],
+    hessian: &[[V; NX]; NX],
     from: usize,
     states: usize,
     models: &mut [Expansion<NX, NU>],

@@ -119,6 +119,9 @@ pub struct Solver<const NX: usize, const NU: usize> {
 /// Constraints as the solver takes them.
 type Constraints<'a, const NX: usize, const NU: usize> = [&'a dyn Constraint<NX, NU>];
 
+/// Steps shorter than this raise the regularisation.
+const SHORT: f64 = 0.125;
+
 /// Groups of constraints for which there is room without allocating.
 const GROUPS: usize = 16;
 
@@ -334,14 +337,17 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
                 continue;
             };
             eager = true;
-            std::mem::swap(&mut self.now, &mut self.trial);
-            objective = new;
-            report.step = alpha;
-            self.regularization = if self.regularization > 1e-9 {
+            // Short steps say that the model reaches less far than the step wants.
+            self.regularization = if alpha < SHORT {
+                (self.regularization * 4.0).max(0.1 * self.mean_input_weight())
+            } else if self.regularization > 1e-9 {
                 0.5 * self.regularization
             } else {
                 0.0
             };
+            std::mem::swap(&mut self.now, &mut self.trial);
+            objective = new;
+            report.step = alpha;
             // The roll-out kept exactly this share of each gap.
             for g in &mut self.gaps {
                 *g *= 1.0 - alpha;
