@@ -219,7 +219,14 @@ fn speeds(segment: &Segment, limits: &Limits, entry: f64) -> Vec<Interval> {
             } else {
                 1.0
             };
-            let at = |i: f64| [0, 1, 2].map(|a| from[a] + (to[a] - from[a]) * (i / pieces));
+            // The end is `to` itself, not what adding the difference makes of it.
+            let at = |i: f64| {
+                if i < pieces {
+                    [0, 1, 2].map(|a| from[a] + (to[a] - from[a]) * (i / pieces))
+                } else {
+                    to
+                }
+            };
             for i in 0..pieces as usize {
                 list.push(Interval {
                     from: at(i as f64),

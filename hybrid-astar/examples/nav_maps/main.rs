@@ -104,6 +104,7 @@ fn run(
             "clearance_weight" => params.clearance_weight = *value,
             "comfort" => params.comfort = *value,
             "margin" => params.margin = *value,
+            "start_tolerance" => params.start_tolerance = *value,
             "reverse_factor" => params.reverse_factor = *value,
             "reverse_reach" => params.reverse_reach = *value,
             "turn_weight" => params.turn_weight = *value,
