@@ -141,7 +141,7 @@ impl Wave {
         if !cells.factor(at).is_finite() {
             return false;
         }
-        const SHARE: usize = 12;
+        const SHARE: usize = 8;
         let (mut seen, mut flood) = (vec![0u64; self.dist.len().div_ceil(64)], vec![at]);
         let mut effort = 0;
         while self.waiting > 0 && self.dist[at] >= self.current as f32 * self.width {
