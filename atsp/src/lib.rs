@@ -47,3 +47,8 @@ pub use error::Error;
 pub use problem::{Params, Problem, Proof, Solution, Watch};
 pub use solver::{Solver, solve, solve_from};
 pub use two_level::{Choice, Decision, Place, two_level, two_level_from};
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -71,3 +71,8 @@ pub use robot::{Linear, Robot};
 pub use safety::{Braking, Counts, SafetyLayer, SafetyParams};
 pub use simd::{LANES, Lanes};
 pub use solver::{Group, Options, Report, Solver, Status};
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

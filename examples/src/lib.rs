@@ -11,3 +11,8 @@ pub mod record;
 pub mod report;
 pub mod scene;
 pub mod sim;
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -39,3 +39,8 @@ pub type Cell = [i32; 3];
 
 /// A half-open box of cells: first cell inside, first cell beyond on every axis.
 pub type CellBox = (Cell, Cell);
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -59,3 +59,8 @@ pub use planner::{Planner, plan};
 pub use time::TimedPath;
 pub use trace::Segment;
 pub use traits::{Footprint, Map, Robot};
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

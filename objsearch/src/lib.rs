@@ -66,3 +66,8 @@ pub use plan::{Plan, Status};
 pub use search::{Ended, Look, Mode, Record, Step, Survey, World, search};
 pub use task::{Evaluation, Goal, Task, View};
 pub use travel::{FromState, Place, Regression, Speeds, TravelModel, TravelTable};
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -43,3 +43,8 @@ pub use plan::{Params, Plan, Reason, Status, Variant, plan};
 pub use planner::Planner;
 pub use robot::Robot;
 pub use smooth::{peak_acceleration, smooth};
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,4 +1,4 @@
-//! Where to stand to look through a door: `cargo run -p viewsample --example first_run`.
+//! Where to stand to look through a door: `cargo run -p viewsample --example first_views`.
 #![allow(clippy::print_stdout)]
 
 use viewsample::grid::{Grid, Mast};
