@@ -174,4 +174,13 @@ pub struct ReportArgs {
     /// Folder of a run, with its record.jsonl.
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
+    /// Write a picture of the map at a moment instead.
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// Write a picture of the report at a moment instead, taken by an installed Chromium.
+    #[arg(long, value_name = "FILE")]
+    pub png: Option<PathBuf>,
+    /// Simulated time of the pictures, s; the end when absent.
+    #[arg(long, value_name = "T")]
+    pub at: Option<f64>,
 }

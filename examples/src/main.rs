@@ -158,10 +158,53 @@ fn keep(recorder: &mut dyn Recorder, folder: &Path) -> Vec<PathBuf> {
 }
 
 fn run_report(args: &ReportArgs) -> Result<ExitCode, String> {
-    for file in record::rebuild(&args.folder).map_err(|e| e.to_string())? {
+    if args.at.is_some_and(|t| !t.is_finite() || t < 0.0) {
+        return Err("--at must be a time in seconds, zero or more".into());
+    }
+    if let Some(file) = &args.svg {
+        let picture = record::still(&args.folder, args.at).map_err(|e| e.to_string())?;
+        std::fs::write(file, picture)
+            .map_err(|e| format!("cannot write {}: {e}", file.display()))?;
         println!("wrote {}", file.display());
     }
+    if let Some(file) = &args.png {
+        record::rebuild(&args.folder).map_err(|e| e.to_string())?;
+        photograph(&args.folder, args.at, file)?;
+        println!("wrote {}", file.display());
+    }
+    if args.svg.is_none() && args.png.is_none() {
+        for file in record::rebuild(&args.folder).map_err(|e| e.to_string())? {
+            println!("wrote {}", file.display());
+        }
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Has a Chromium, under whichever name it is installed, draw the report at a moment.
+fn photograph(folder: &Path, at: Option<f64>, file: &Path) -> Result<(), String> {
+    let page = std::path::absolute(folder.join(record::REPORT_FILE)).map_err(|e| e.to_string())?;
+    let file = std::path::absolute(file).map_err(|e| e.to_string())?;
+    let moment = at.map_or(String::new(), |t| format!("#t={t}"));
+    let url = format!("file://{}{moment}", page.display());
+    let _ = std::fs::remove_file(&file);
+    for name in ["chromium", "chromium-browser", "google-chrome"] {
+        let run = std::process::Command::new(name)
+            .args([
+                "--headless=new",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--hide-scrollbars",
+                "--virtual-time-budget=4000",
+                "--window-size=1280,800",
+            ])
+            .arg(format!("--screenshot={}", file.display()))
+            .arg(&url)
+            .output();
+        if run.is_ok() && file.exists() {
+            return Ok(());
+        }
+    }
+    Err("--png needs an installed Chromium that can write the file; --svg needs nothing".into())
 }
 
 /// A flag that Ctrl-C sets; a second Ctrl-C ends the program at once.

@@ -74,6 +74,15 @@ fn wrong_searches_of_flap_and_wrong_suites_are_refused_by_name() {
 }
 
 #[test]
+fn reports_without_a_recording_are_refused() {
+    refused(&["report", "/nonexistent"], &["/nonexistent/record.jsonl"]);
+    refused(
+        &["report", "/nonexistent", "--at=-1"],
+        &["--at", "zero or more"],
+    );
+}
+
+#[test]
 fn unknown_flags_exit_with_two() {
     assert_eq!(seekplan(&["heats", "--fast"]).status.code(), Some(2));
 }

@@ -4,7 +4,8 @@
 use seekplan::flap::{self, FlapSettings};
 use seekplan::heats::{self, Settings};
 use seekplan::record::{
-    Both, Entry, Event, GridShape, JsonLines, Memory, RECORD_FILE, ReadError, Recorder, read,
+    Both, Entry, Event, GridShape, JsonLines, Memory, RECORD_FILE, ReadError, Recorder,
+    ReportError, read, still,
 };
 use seekplan::scene::Scene;
 use std::collections::BTreeSet;
@@ -223,4 +224,39 @@ fn a_full_disk_fails_the_recording_and_not_the_run() {
     assert!(run.result.search_time_s >= 3.0 - 1e-9);
     let error = recorder.finish().unwrap_err();
     assert!(error.to_string().contains(RECORD_FILE), "{error}");
+}
+
+#[test]
+fn stills_show_the_run_at_their_moment() {
+    let out = folder("record-still");
+    let mut recorder = JsonLines::new(&out);
+    let run = recorded(30.0, &mut recorder);
+    recorder.finish().unwrap();
+    let first = run.result.targets_found[0].time_s;
+    let count = |picture: &str| picture.matches(": not found").count();
+    let last = still(&out, None).unwrap();
+    assert_eq!(count(&last), 2 * (run.result.targets - run.result.found));
+    let at = |time| still(&out, Some(time)).unwrap();
+    let (before, after) = (at(0.0), at(first + 0.3));
+    // Each label is drawn twice, once as its own outline.
+    assert_eq!(count(&before), 2 * run.result.targets);
+    assert!(count(&after) < count(&before));
+    assert!(after.contains(&format!("1 of {} tags after", run.result.targets)));
+    for picture in [&before, &after, &last] {
+        assert!(picture.starts_with("<svg") && picture.ends_with("</svg>\n"));
+    }
+
+    let scene = Scene::builtin("race").unwrap();
+    let settings = FlapSettings {
+        samples: 40,
+        ..FlapSettings::default()
+    };
+    let mut recorder = JsonLines::new(&out);
+    let never = AtomicBool::new(false);
+    flap::run_recorded(&scene, &settings, &never, &mut |_| {}, &mut recorder).unwrap();
+    recorder.finish().unwrap();
+    assert!(matches!(
+        still(&out, None),
+        Err(ReportError::NoStill { system }) if system == "flap"
+    ));
 }

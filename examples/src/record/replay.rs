@@ -17,6 +17,12 @@ pub enum ReportError {
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// Pictures are drawn of HEATS runs; a FLAP search has its own in topdown.svg.
+    #[error("no still picture of a {system:?} run: its topdown.svg shows the whole search")]
+    NoStill {
+        /// What was recorded.
+        system: String,
+    },
 }
 
 /// Plays `record.jsonl` of `folder` to a recorder, and ends it.

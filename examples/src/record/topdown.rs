@@ -1,6 +1,6 @@
 //! `topdown.svg`: one picture of a run, drawn without any dependency.
 
-use super::result::RunResult;
+use super::result::{RunResult, TargetFound};
 use super::trace::{Coverage, Trace};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -78,6 +78,37 @@ const REGION_FILLS: [&str; 10] = [
 /// Draws the run: walls and furniture, coverage, regions, base path coloured by time, camera positions of reached
 /// views, and the tags with their time of detection or as missed.
 pub fn draw(ground: &Ground, trace: &Trace, result: &RunResult) -> String {
+    let caption = format!(
+        "{} · {} · {} sensors · seed {}: {} of {} tags, {} after {:.0} s, path {:.0} m, joints {:.0} rad, {} collisions",
+        result.scene,
+        result.planner,
+        result.sensors,
+        result.seed,
+        result.found,
+        result.targets,
+        result.ended,
+        result.search_time_s,
+        result.base_path_m,
+        result.joint_rotation_rad,
+        result.collisions
+    );
+    draw_moment(
+        ground,
+        trace,
+        &result.targets_found,
+        result.search_time_s,
+        &caption,
+    )
+}
+
+/// The same of a run up to `end`, s, with the tags found by then and a line of text.
+pub(super) fn draw_moment(
+    ground: &Ground,
+    trace: &Trace,
+    found: &[TargetFound],
+    end: f64,
+    caption: &str,
+) -> String {
     let extent = [0, 1].map(|a| ground.high[a] - ground.low[a]);
     // The legend needs this much even under a small room.
     let scale = ((LEGEND_WIDTH - 2.0 * BORDER) / extent[0].max(1.6 * extent[1]).max(1e-3))
@@ -113,9 +144,9 @@ pub fn draw(ground: &Ground, trace: &Trace, result: &RunResult) -> String {
             points.trim_end()
         );
     }
-    way(&mut svg, trace, result.search_time_s, &x, &y);
-    tags(&mut svg, ground, result, &x, &y);
-    legend(&mut svg, result, plan_height + 2.0 * BORDER, width);
+    way(&mut svg, trace, end, &x, &y);
+    tags(&mut svg, ground, found, &x, &y);
+    legend(&mut svg, caption, end, plan_height + 2.0 * BORDER, width);
     svg.push_str("</svg>\n");
     svg
 }
@@ -233,12 +264,12 @@ fn way(svg: &mut String, trace: &Trace, end: f64, x: &dyn Fn(f64) -> f64, y: &dy
 fn tags(
     svg: &mut String,
     ground: &Ground,
-    result: &RunResult,
+    found: &[TargetFound],
     x: &dyn Fn(f64) -> f64,
     y: &dyn Fn(f64) -> f64,
 ) {
     for tag in &ground.tags {
-        let found = result.targets_found.iter().find(|t| t.id == tag.id);
+        let found = found.iter().find(|t| t.id == tag.id);
         let (color, label) = match found {
             Some(found) => ("#16a34a", format!("{}: {:.0} s", tag.id, found.time_s)),
             None => ("#dc2626", format!("{}: not found", tag.id)),
@@ -263,22 +294,12 @@ fn tags(
     }
 }
 
-fn legend(svg: &mut String, result: &RunResult, top: f64, width: f64) {
+fn legend(svg: &mut String, caption: &str, end: f64, top: f64, width: f64) {
     let _ = writeln!(
         svg,
-        r##"<text x="{BORDER}" y="{:.1}" font-size="16" fill="#111827">{} · {} · {} sensors · seed {}: {} of {} tags, {} after {:.0} s, path {:.0} m, joints {:.0} rad, {} collisions</text>"##,
+        r##"<text x="{BORDER}" y="{:.1}" font-size="16" fill="#111827">{}</text>"##,
         top + 14.0,
-        result.scene,
-        result.planner,
-        result.sensors,
-        result.seed,
-        result.found,
-        result.targets,
-        result.ended,
-        result.search_time_s,
-        result.base_path_m,
-        result.joint_rotation_rad,
-        result.collisions
+        caption.replace('&', "&amp;").replace('<', "&lt;")
     );
     let bar = (width - 2.0 * BORDER).min(260.0);
     for i in 0..52 {
@@ -295,7 +316,7 @@ fn legend(svg: &mut String, result: &RunResult, top: f64, width: f64) {
         svg,
         r##"<text x="{BORDER}" y="{:.1}" font-size="14" fill="#374151">base path: 0 s to {:.0} s</text>"##,
         top + 56.0,
-        result.search_time_s
+        end
     );
     let items = [
         ("#7c3aed", "camera at a reached view"),
