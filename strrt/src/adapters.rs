@@ -1,6 +1,11 @@
 //! Robots from closures, and a certain test of motions for robots that know their clearance.
 
+use std::collections::VecDeque;
+
 use crate::robot::Robot;
+
+/// Stretches of a motion that are kept to be looked at from coarse to fine.
+const WIDEST: usize = 64;
 
 /// A [`Robot`] from a predicate on one state; see [`from_fn`].
 #[derive(Clone, Debug)]
@@ -114,41 +119,30 @@ impl<const N: usize, F: Fn(&[[f64; N]], &[usize]) -> bool> Robot<N> for FromBatc
 /// joint's motion times the reach beyond it). Stretches with less travel than `resolution` m count as clear when their middle
 /// has positive clearance; what is left undetected is at most half that deep.
 pub fn motion_is_clear(clearance: impl Fn(f64) -> f64, travel: f64, resolution: f64) -> bool {
-    // Depth is bounded so that infinite travel ends.
-    fn half(
-        clearance: &impl Fn(f64) -> f64,
-        from: f64,
-        to: f64,
-        travel: f64,
-        least: f64,
-        depth: u32,
-    ) -> bool {
+    // Stretches to look at, each with its travel and how often it may still be halved, so that infinite travel ends.
+    let mut open = VecDeque::from([(0.0, 1.0, travel, 24u32)]);
+    loop {
+        // Coarse before fine, so that a blocked motion is refused soon; but not too many at a time.
+        let next = if open.len() < WIDEST {
+            open.pop_front()
+        } else {
+            open.pop_back()
+        };
+        let Some((from, to, travel, halvings)) = next else {
+            return true;
+        };
         let middle = 0.5 * (from + to);
         let room = clearance(middle);
         // NaN is not clear.
         if room.is_nan() || room <= 0.0 {
             return false;
         }
-        if room >= 0.5 * travel || travel <= least || depth == 0 {
-            return true;
+        if room >= 0.5 * travel || travel <= resolution || halvings == 0 {
+            continue;
         }
         // The middle part within `room` is clear already; look at what is left on either side.
-        let part = (room / travel) * (to - from);
-        half(
-            clearance,
-            from,
-            middle - part,
-            0.5 * travel - room,
-            least,
-            depth - 1,
-        ) && half(
-            clearance,
-            middle + part,
-            to,
-            0.5 * travel - room,
-            least,
-            depth - 1,
-        )
+        let (part, left) = ((room / travel) * (to - from), 0.5 * travel - room);
+        open.push_back((from, middle - part, left, halvings - 1));
+        open.push_back((middle + part, to, left, halvings - 1));
     }
-    half(&clearance, 0.0, 1.0, travel, resolution, 24)
 }

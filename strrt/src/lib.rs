@@ -2,7 +2,8 @@
 //!
 //! The base's poses are given at equal times; the arm has to go from one joint state at the first time to another at the last,
 //! each joint within its speed, every whole-body state free, with the least sum of joint distances. [`plan`] searches the
-//! product of joint space and time; where the arm needs longer than the base, it waits with the base standing.
+//! product of joint space and time; where the arm needs longer than the base, it waits with the base standing. Where nothing
+//! but the arm moves, time is left out of the search ([`Robot::is_static`]).
 //!
 //! ```
 //! use strrt::{Params, Robot, Status, plan};
@@ -33,6 +34,7 @@ mod rng;
 mod robot;
 mod search;
 mod smooth;
+mod still;
 mod task;
 mod tree;
 

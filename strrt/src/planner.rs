@@ -12,9 +12,9 @@ use crate::task::{Task, Timed, Waits, cost};
 /// Samples after which one more horizon is searched too.
 const OPENING: usize = 256;
 
-/// Samples after which two trees that have not met start anew; half as many more every time. Small trees are quick, and
-/// whether they meet soon is a matter of luck.
-const PATIENCE: usize = 1000;
+/// Samples after which two trees that have not met start anew, with time and without; half as many more every time. Small
+/// trees are quick, and whether they meet soon is a matter of luck.
+const PATIENCE: [usize; 2] = [1000, 2000];
 
 /// Planning in small steps, for callers with a clock.
 ///
@@ -56,6 +56,8 @@ pub struct Planner<'a, const N: usize, R> {
     reached: usize,
     /// Samples that two trees get to meet.
     patience: usize,
+    /// Nothing moves, and time is left out of the search.
+    still: bool,
 }
 
 impl<'a, const N: usize, R: Robot<N>> Planner<'a, N, R> {
@@ -75,6 +77,10 @@ impl<'a, const N: usize, R: Robot<N>> Planner<'a, N, R> {
         params.validate()?;
         let mut task = Task::new(robot, start, goal, steps, dt)?;
         task.grace = params.start_grace;
+        let still = robot.is_static()
+            && params.start_grace == 0
+            && params.acceleration.is_none()
+            && params.variant != Variant::Published;
         let mut planner = Self {
             horizons: Vec::new(),
             searches: Vec::new(),
@@ -87,12 +93,18 @@ impl<'a, const N: usize, R: Robot<N>> Planner<'a, N, R> {
             failure: None,
             iterations: 0,
             reached: 0,
-            patience: PATIENCE,
+            patience: PATIENCE[usize::from(still)],
+            still,
         };
         planner.failure = planner.look_for_reasons();
         if planner.failure.is_none() {
             planner.lay_horizons();
             planner.try_straight();
+            if planner.still && planner.best.is_none() {
+                // A path brings its own horizon.
+                planner.horizons.truncate(1);
+                planner.searches.truncate(1);
+            }
         }
         Ok(planner)
     }
@@ -181,16 +193,19 @@ impl<'a, const N: usize, R: Robot<N>> Planner<'a, N, R> {
         };
         let improves = self.params.variant != Variant::Published;
         if let Some(polish) = &mut self.polish {
-            polish.attempt(&timed, &mut self.rng);
+            polish.attempt(&timed, self.still, &mut self.rng);
             let (cost, done) = (polish.cost, polish.is_done());
-            if cost < self.cost() {
-                let path = self.polish.as_ref().map(|p| p.path.clone());
-                self.best = path.map(|path| (cost, path));
+            if self.best.as_ref().is_none_or(|b| cost < b.0) {
+                let path = polish.path.clone();
+                self.keep(cost, path);
             }
             if done {
                 self.polish = None;
                 // Other trees may find another way round.
-                if self.params.variant == Variant::Bidirectional || self.rng.unit() < 0.5 {
+                if self.still
+                    || self.params.variant == Variant::Bidirectional
+                    || self.rng.unit() < 0.5
+                {
                     self.searches[self.current] = None;
                 }
             }
@@ -207,16 +222,18 @@ impl<'a, const N: usize, R: Robot<N>> Planner<'a, N, R> {
                 return;
             }
         }
-        if self.params.variant == Variant::Bidirectional
+        if (self.still || self.params.variant == Variant::Bidirectional)
             && let Some(search) = &self.searches[self.current]
             && search.samples() >= self.patience
         {
-            self.patience += PATIENCE / 2;
+            self.patience += PATIENCE[usize::from(self.still)] / 2;
             self.searches[self.current] = None;
         }
         let bound = self.cost();
-        let search = self.searches[self.current]
-            .get_or_insert_with(|| Search::new(&timed, self.params.variant));
+        let most = self.task.steps - 1 + self.params.max_wait;
+        let search = self.searches[self.current].get_or_insert_with(|| {
+            Search::new(&timed, self.params.variant, self.still.then_some(most))
+        });
         let (path, reached) = search.iterate(&timed, &self.params, bound, &mut self.rng);
         if !solved {
             self.reached = self.reached.max(timed.base_step(reached));
@@ -224,12 +241,25 @@ impl<'a, const N: usize, R: Robot<N>> Planner<'a, N, R> {
         if let Some(path) = path {
             let cost = cost(&path);
             if cost < bound {
-                self.best = Some((cost, path.clone()));
+                self.keep(cost, path.clone());
             }
             if improves {
                 self.polish = Some(Polish::new(path));
             }
         }
+    }
+
+    /// Makes a path the best one; where nothing moves, it takes the time it needs, if there is as much.
+    fn keep(&mut self, cost: f64, mut path: Vec<[f64; N]>) {
+        if self.still {
+            let after = path.len().saturating_sub(self.task.steps);
+            if after > self.params.max_wait {
+                return;
+            }
+            path.resize(self.task.steps + after, self.task.goal);
+            self.horizons[self.current] = Waits { before: 0, after };
+        }
+        self.best = Some((cost, path));
     }
 
     /// Cost of the best path so far, rad; infinite before the first.

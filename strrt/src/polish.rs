@@ -31,7 +31,12 @@ impl<const N: usize> Polish<N> {
     }
 
     /// One attempt. The cost never rises.
-    pub(crate) fn attempt<R: Robot<N>>(&mut self, timed: &Timed<'_, '_, N, R>, rng: &mut Rng) {
+    pub(crate) fn attempt<R: Robot<N>>(
+        &mut self,
+        timed: &Timed<'_, '_, N, R>,
+        still: bool,
+        rng: &mut Rng,
+    ) {
         self.in_vain += 1;
         let n = self.path.len();
         if n < 3 {
@@ -40,7 +45,14 @@ impl<const N: usize> Polish<N> {
         let (a, b) = stretch(n, 2, rng);
         let old = &self.path[a..=b];
         let kind = rng.unit();
-        let new: Vec<[f64; N]> = if kind < 0.15 {
+        let new: Vec<[f64; N]> = if still && kind < 0.55 {
+            // Time does not matter: the straight motion may take less of it.
+            let swift = timed.swift(&old[0], &old[b - a]);
+            if swift.len() > old.len() {
+                return;
+            }
+            swift
+        } else if kind < 0.15 {
             warp(old, rng)
         } else {
             // Towards the straight timed motion: speeds stay within the limits, since they are averages.
@@ -68,7 +80,8 @@ impl<const N: usize> Polish<N> {
             return;
         }
         // The stretch's ends stay as they are, bit for bit.
-        self.path[a + 1..b].copy_from_slice(&new[1..b - a]);
+        let inner = new[1..new.len() - 1].iter().copied();
+        self.path.splice(a + 1..b, inner);
         if gain > PROGRESS * self.cost {
             self.in_vain = 0;
         }

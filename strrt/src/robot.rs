@@ -40,6 +40,13 @@ pub trait Robot<const N: usize> {
     fn depth(&self, q: &[f64; N], step: usize) -> f64 {
         if self.is_valid(q, step) { 0.0 } else { 1.0 }
     }
+    /// True if nothing but the arm moves: no answer depends on a step, and a motion is as free one way as the other. The search
+    /// then leaves time out, which is much quicker, and the arm moves at once and as fast as its joints can. Not used by
+    /// [`Variant::Published`](crate::Variant::Published), nor with [`start_grace`](crate::Params::start_grace) or
+    /// [`acceleration`](crate::Params::acceleration), which are about time.
+    fn is_static(&self) -> bool {
+        false
+    }
     /// False if no joint state can be free at `step` because the base itself is not. Asked once for each step.
     fn base_is_valid(&self, step: usize) -> bool {
         let _ = step;
@@ -71,6 +78,9 @@ impl<const N: usize, R: Robot<N> + ?Sized> Robot<N> for &R {
     }
     fn depth(&self, q: &[f64; N], step: usize) -> f64 {
         (**self).depth(q, step)
+    }
+    fn is_static(&self) -> bool {
+        (**self).is_static()
     }
     fn base_is_valid(&self, step: usize) -> bool {
         (**self).base_is_valid(step)

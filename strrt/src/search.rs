@@ -3,6 +3,7 @@
 use crate::plan::{Params, Variant};
 use crate::rng::Rng;
 use crate::robot::Robot;
+use crate::still::Still;
 use crate::task::{Timed, distance};
 use crate::tree::Tree;
 
@@ -30,11 +31,21 @@ pub(crate) enum Search<const N: usize> {
         trees: Box<[Tree<N>; 2]>,
         samples: usize,
     },
+    /// Two trees without time, where nothing moves.
+    Still(Box<Still<N>>),
 }
 
 impl<const N: usize> Search<N> {
-    pub(crate) fn new<R: Robot<N>>(timed: &Timed<'_, '_, N, R>, variant: Variant) -> Self {
+    /// Where nothing moves, `still` is the most steps that a path may take.
+    pub(crate) fn new<R: Robot<N>>(
+        timed: &Timed<'_, '_, N, R>,
+        variant: Variant,
+        still: Option<usize>,
+    ) -> Self {
         let (start, goal, last) = (timed.task.start, timed.task.goal, timed.last());
+        if let Some(most) = still {
+            return Self::Still(Box::new(Still::new(timed.task, most)));
+        }
         match variant {
             Variant::Published | Variant::MultiStep => Self::One {
                 tree: Box::new(Tree::new(true, start, last)),
@@ -53,6 +64,7 @@ impl<const N: usize> Search<N> {
         match self {
             Self::One { .. } => 0,
             Self::Two { samples, .. } => *samples,
+            Self::Still(search) => search.samples,
         }
     }
 
@@ -72,6 +84,7 @@ impl<const N: usize> Search<N> {
                 reported,
             } => one(timed, params, tree, ends, reported, bound, rng),
             Self::Two { trees, samples } => two(timed, trees, samples, bound, rng),
+            Self::Still(search) => (search.iterate(timed, bound, rng), timed.last()),
         }
     }
 }

@@ -197,6 +197,28 @@ impl<'a, const N: usize, R: Robot<N>> Timed<'_, 'a, N, R> {
         robot.are_motions_valid(&path[leaving..], &steps)
     }
 
+    /// The straight motion from `a` to `b`, as quick as the joints are: one state per step, both ends included.
+    pub(crate) fn swift(&self, a: &[f64; N], b: &[f64; N]) -> Vec<[f64; N]> {
+        let steps = (0..N)
+            .map(|j| ((b[j] - a[j]).abs() / self.task.reach[j] - SLACK).ceil() as usize)
+            .max()
+            .unwrap_or(0);
+        even(a, b, steps.max(1))
+    }
+
+    /// True if a path where nothing moves is free, one end included: the last if `forward`, else the first.
+    pub(crate) fn edge_is_free(&self, path: &[[f64; N]], forward: bool) -> bool {
+        let (robot, last) = (self.task.robot, path.len() - 1);
+        if robot.batch() <= 1 {
+            let end = if forward { last } else { 0 };
+            return self.is_valid(&path[end], 0) && self.path_is_free(path, 0);
+        }
+        let states = if forward { &path[1..] } else { &path[..last] };
+        let steps = vec![0; path.len()];
+        self.count(2 * last);
+        robot.are_valid(states, &steps[1..]) && robot.are_motions_valid(path, &steps)
+    }
+
     /// The states of the straight motion at even speed from `a` at step `from` to `b` at step `to`, both ends included, if it
     /// is fast enough and free. The ends are known to be free.
     pub(crate) fn line(
