@@ -1,5 +1,7 @@
 //! An arm of balls on a chain of joints, among oriented boxes, capsules and balls; exact distances.
 
+#![allow(unsafe_code)]
+
 use serde_json::Value;
 use std::cell::RefCell;
 use strrt::{Robot, motion_is_clear};
@@ -310,6 +312,22 @@ impl<'a> Scene<'a> {
     /// Least distance as a share of what the ball (or two together) may travel, up to 1; not positive if some touch.
     /// Eight balls at a time, in single precision and with a margin for its rounding.
     fn share(&self, q: &Joints, travel: &Row) -> f64 {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: the only requirement of a function with target features is that the machine has them.
+            return unsafe { self.share_avx2(q, travel) };
+        }
+        self.share_inline(q, travel)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn share_avx2(&self, q: &Joints, travel: &Row) -> f64 {
+        self.share_inline(q, travel)
+    }
+
+    #[inline(always)]
+    fn share_inline(&self, q: &Joints, travel: &Row) -> f64 {
         let mut work = self.work.borrow_mut();
         let (frames, centers) = &mut *work;
         self.arm.centers(q, frames, centers);
@@ -369,7 +387,7 @@ impl<'a> Scene<'a> {
 }
 
 /// Whether one of eight gaps is less than the share of its travel.
-#[inline]
+#[inline(always)]
 fn within(squares: &Lanes, r: &Lanes, t: &Lanes, radius: f32, travel: f32, least: f32) -> bool {
     let mut worst = [0.0f32; LANES];
     for l in 0..LANES {
@@ -379,6 +397,7 @@ fn within(squares: &Lanes, r: &Lanes, t: &Lanes, radius: f32, travel: f32, least
     worst.iter().any(|w| *w < 0.0)
 }
 
+#[inline(always)]
 fn lanes(part: &[f32]) -> &Lanes {
     part.try_into().unwrap_or(&[0.0; LANES])
 }
@@ -422,7 +441,7 @@ impl Flat {
     }
 
     /// Squared distances of eight points from the box, m^2.
-    #[inline]
+    #[inline(always)]
     fn squares(&self, p: [&Lanes; 3]) -> Lanes {
         let mut out = [0.0; LANES];
         for l in 0..LANES {
@@ -446,6 +465,9 @@ impl Robot<6> for Scene<'_> {
     }
     fn max_speed(&self) -> Joints {
         [1.0; 6]
+    }
+    fn is_static(&self) -> bool {
+        true
     }
     fn is_valid(&self, q: &Joints, _: usize) -> bool {
         self.share(q, &NO_TRAVEL) > 0.0
