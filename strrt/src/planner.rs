@@ -100,11 +100,6 @@ impl<'a, const N: usize, R: Robot<N>> Planner<'a, N, R> {
         if planner.failure.is_none() {
             planner.lay_horizons();
             planner.try_straight();
-            if planner.still && planner.best.is_none() {
-                // A path brings its own horizon.
-                planner.horizons.truncate(1);
-                planner.searches.truncate(1);
-            }
         }
         Ok(planner)
     }
@@ -129,6 +124,12 @@ impl<'a, const N: usize, R: Robot<N>> Planner<'a, N, R> {
     /// Waits in the order in which they are tried: none or as few as the arm needs, then more.
     fn lay_horizons(&mut self) {
         let (task, params) = (&self.task, &self.params);
+        if self.still {
+            // A path brings its own.
+            self.horizons.push(Waits::default());
+            self.searches.push(None);
+            return;
+        }
         let speed = task.robot.max_speed();
         let least = steps_needed(&task.start, &task.goal, &speed, task.dt);
         let calm = params.acceleration.map_or(least, |a| {
@@ -148,6 +149,18 @@ impl<'a, const N: usize, R: Robot<N>> Planner<'a, N, R> {
     }
 
     fn try_straight(&mut self) {
+        if self.still {
+            let timed = Timed {
+                task: &self.task,
+                waits: Waits::default(),
+            };
+            let mut path = timed.swift(&self.task.start, &self.task.goal);
+            if timed.path_is_free(&path, 0) {
+                path.dedup(); // an arm that stays needs no step
+                self.keep(cost(&path), path);
+            }
+            return;
+        }
         for (index, &waits) in self.horizons.iter().enumerate() {
             let timed = Timed {
                 task: &self.task,

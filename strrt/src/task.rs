@@ -9,7 +9,7 @@ use crate::robot::Robot;
 const SLACK: f64 = 1e-9;
 
 /// Steps that the base waits before its first pose is left, and after its last is reached.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Waits {
     pub before: usize,
     pub after: usize,

@@ -2,7 +2,9 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use proptest::prelude::*;
-use strrt::{Params, Planner, Reason, Robot, Status, Variant, peak_acceleration, plan};
+use strrt::{
+    Params, Planner, Reason, Robot, Status, Variant, peak_acceleration, plan, steps_needed,
+};
 
 /// Two joints among discs that stay.
 #[derive(Clone, Debug)]
@@ -165,6 +167,19 @@ fn the_arm_arrives_as_soon_as_it_can() {
     assert_ne!(found.path[n - 2], found.path[n - 1]);
     // 32 steps are the least in a straight line.
     assert!((32..=45).contains(&(n - 1)), "{n}");
+    // Straight ahead it takes the least there is, whatever the slack; the rest of a long schedule is spent at the goal.
+    let open = Discs {
+        discs: vec![],
+        batch: 1,
+    };
+    let go = |goal, steps| plan(&open, [0.0; 2], goal, steps, 0.1, &Params::default(), 1).unwrap();
+    let speed = open.max_speed();
+    let least = steps_needed(&[0.0; 2], &[1.0, 1.3], &speed, 0.1);
+    assert_eq!(go([1.0, 1.3], 1).path.len(), least + 1);
+    let long = go([1.0, 1.3], 60);
+    assert_eq!((long.path.len(), long.waited_after), (60, 0));
+    assert_eq!(long.path[least..], vec![[1.0, 1.3]; 60 - least]);
+    assert_eq!(go([0.0; 2], 1).path, [[0.0; 2]]);
 }
 
 /// With less time than any way around takes, there is no plan; with a little more, there is.
@@ -280,6 +295,6 @@ fn debug_and_release_plan_the_same() {
     let seen = (found.iterations, found.checks, found.path.len());
     assert_eq!(
         (seen, (found.cost * 1e9).round() / 1e9),
-        ((4019, 30776, 34), 5.0965962)
+        ((4019, 30683, 34), 5.0965962)
     );
 }
