@@ -7,7 +7,35 @@ use crate::sampler::{Sampler, check_pose};
 use crate::{Effort, Error, Gain, Pose, Viewpoint};
 
 /// Cells of a view by word: index, then exploration bits of the LiDAR, those only a camera sees, inspection bits.
-type Sight = Vec<(usize, [u64; 3])>;
+pub(crate) type Sight = Vec<(usize, [u64; 3])>;
+
+/// What the views chosen so far cover, by word: exploration bits, inspection bits.
+#[derive(Default)]
+pub(crate) struct Covered(Vec<(u64, u64)>);
+
+impl Covered {
+    pub(crate) fn add(&mut self, sight: &Sight) {
+        for &(word, [l, e, i]) in sight {
+            if self.0.len() <= word {
+                self.0.resize(word + 1, (0, 0));
+            }
+            self.0[word].0 |= l | e;
+            self.0[word].1 |= i;
+        }
+    }
+
+    /// What a view adds.
+    pub(crate) fn added<S: Clone>(&self, sampler: &Sampler<S>, sight: &Sight) -> Gain {
+        let (mut lidar, mut extra, mut inspection) = (0, 0, 0);
+        for &(word, [l, e, i]) in sight {
+            let (known_e, known_i) = self.0.get(word).copied().unwrap_or_default();
+            lidar += (l & !known_e).count_ones();
+            extra += (e & !known_e).count_ones();
+            inspection += (i & !known_i).count_ones();
+        }
+        sampler.gain_of(lidar, extra, inspection)
+    }
+}
 
 /// A view in the queue under what it added when last looked at.
 struct Waiting {
@@ -104,6 +132,13 @@ impl<S: Clone> Sampler<S> {
         Ok((views, effort))
     }
 
+    /// The cells of a view.
+    pub(crate) fn sight(&self, base: [f64; 3], camera: &Pose) -> Result<Sight, Error> {
+        let mut sight = Sight::new();
+        self.look(base, camera, |word, cells| sight.push((word, cells)))?;
+        Ok(sight)
+    }
+
     /// What the cameras see on the way through the given base and camera poses, each cell counted once. With a LiDAR only
     /// inspection cells count: what the LiDAR sees on a way does not depend on the arm.
     ///
@@ -135,33 +170,9 @@ impl<S: Clone> Sampler<S> {
         views: &[Viewpoint<S>],
         least: f64,
     ) -> Result<(Vec<(usize, Gain)>, Effort), Error> {
-        self.cover_after(&[], views, least)
-    }
-
-    /// [`cover`](Self::cover) when the given base and camera poses will have been taken before any of the views: what they show
-    /// adds nothing.
-    ///
-    /// # Errors
-    /// If a pose is not finite.
-    pub fn cover_after(
-        &self,
-        before: &[([f64; 3], Pose)],
-        views: &[Viewpoint<S>],
-        least: f64,
-    ) -> Result<(Vec<(usize, Gain)>, Effort), Error> {
         let mut effort = Effort::default();
         let mut sights: Vec<Option<Sight>> = vec![None; views.len()];
-        let mut covered: Vec<(u64, u64)> = Vec::new();
-        for (base, camera) in before {
-            effort.camera_views += 1;
-            self.look(*base, camera, |word, [l, e, i]| {
-                if covered.len() <= word {
-                    covered.resize(word + 1, (0, 0));
-                }
-                covered[word].0 |= l | e;
-                covered[word].1 |= i;
-            })?;
-        }
+        let mut covered = Covered::default();
         let mut queue: BinaryHeap<Waiting> = (0..views.len())
             .map(|index| Waiting {
                 info: f64::INFINITY,
@@ -179,21 +190,10 @@ impl<S: Clone> Sampler<S> {
                 Some(sight) => sight,
                 None => {
                     effort.camera_views += 1;
-                    let mut sight = Sight::new();
-                    self.look(view.base, &view.camera, |word, cells| {
-                        sight.push((word, cells));
-                    })?;
-                    slot.insert(sight)
+                    slot.insert(self.sight(view.base, &view.camera)?)
                 }
             };
-            let (mut lidar, mut extra, mut inspection) = (0, 0, 0);
-            for &(word, [l, e, i]) in sight.iter() {
-                let (known_e, known_i) = covered.get(word).copied().unwrap_or_default();
-                lidar += (l & !known_e).count_ones();
-                extra += (e & !known_e).count_ones();
-                inspection += (i & !known_i).count_ones();
-            }
-            let gain = self.gain_of(lidar, extra, inspection);
+            let gain = covered.added(self, sight);
             // Gains only shrink, so a view that still leads the queue adds most.
             if queue.peek().is_some_and(|next| {
                 Waiting {
@@ -210,13 +210,7 @@ impl<S: Clone> Sampler<S> {
             if gain.info < least || gain.info <= 0.0 {
                 break;
             }
-            for &(word, [l, e, i]) in sight.iter() {
-                if covered.len() <= word {
-                    covered.resize(word + 1, (0, 0));
-                }
-                covered[word].0 |= l | e;
-                covered[word].1 |= i;
-            }
+            covered.add(sight);
             chosen.push((index, gain));
         }
         Ok((chosen, effort))

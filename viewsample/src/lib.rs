@@ -69,6 +69,7 @@ mod sampler;
 mod sight;
 mod tiles;
 mod totals;
+mod tour;
 mod view;
 mod world;
 

@@ -258,10 +258,52 @@ proptest! {
         for n in 0..views.len() {
             prop_assert!(worth(&covered, &sight(n)) < least + 1e-9);
         }
-        // What is looked at before adds nothing: after the chosen views nothing is left to choose.
-        let before: Vec<_> = chosen.iter().map(|(n, _)| (views[*n].base, views[*n].camera)).collect();
-        let (rest, _) = sampler.cover_after(&before, &views, least).unwrap();
-        prop_assert!(rest.is_empty());
+    }
+
+    /// A cover by rate adds up and leaves nothing out as well; with equal times it is the plain cover, its first view pays most
+    /// for its way, and what is looked at before or never reached is not chosen.
+    #[test]
+    fn covers_by_rate_add_up(seed in any::<u64>(), least in 0.3..6.0f64, stay in 0.1..2.0f64) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |_| false);
+        let mut sampler = fresh(&map, &all, &params());
+        let (base, state) = ([3.0, 3.0, 0.3], [1.0, 0.0]);
+        let mut views = sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap().views;
+        let here = [dice.between(1.0, 6.5), dice.between(1.0, 5.5)];
+        views.extend(sampler.views_from(&[here], &mast(&map), &COSTS, base, &state).unwrap().0);
+        let seconds = |from: Option<usize>, to: usize| {
+            let from = from.map_or((&base, &state), |n| (&views[n].base, &views[n].state));
+            COSTS.seconds(from, (&views[to].base, &views[to].state))
+        };
+        let (chosen, _) = sampler.cover_by_rate(&[], &views, least, stay, seconds).unwrap();
+        if let Some((first, gain)) = chosen.first() {
+            let rate = |n: usize| views[n].gain.info / (seconds(None, n) + stay);
+            prop_assert_eq!(*gain, views[*first].gain);
+            prop_assert!((0..views.len()).all(|n| rate(n) <= rate(*first) + 1e-9));
+        }
+        let taken: Vec<_> = chosen.iter().map(|(n, _)| (views[*n].base, views[*n].camera)).collect();
+        for (k, (n, gain)) in chosen.iter().enumerate() {
+            prop_assert!(gain.info >= least);
+            prop_assert!(chosen[..k].iter().all(|(earlier, _)| earlier != n));
+        }
+        // Together the views see what their gains add up to, and nothing is left that adds as much as asked for.
+        let (mut e, mut i) = (std::collections::BTreeSet::new(), std::collections::BTreeSet::new());
+        for (base, camera) in &taken {
+            let seen = sampler.seen_from(*base, camera).unwrap();
+            e.extend(seen.exploration);
+            i.extend(seen.inspection);
+        }
+        let sum: f64 = chosen.iter().map(|c| c.1.info).sum();
+        prop_assert!((sum - 0.2 * e.len() as f64 - 0.8 * i.len() as f64).abs() < 1e-6);
+        prop_assert!(sampler.cover_by_rate(&taken, &views, least, stay, seconds).unwrap().0.is_empty());
+        // Equal times: the fewest views.
+        let (even, _) = sampler.cover_by_rate(&[], &views, least, stay, |_, _| 0.0).unwrap();
+        let (plain, _) = sampler.cover(&views, least).unwrap();
+        prop_assert_eq!(even, plain);
+        let (none, _) = sampler.cover_by_rate(&[], &views, least, stay, |_, _| f64::INFINITY).unwrap();
+        prop_assert!(none.is_empty());
+        prop_assert!(sampler.cover_by_rate(&[], &views, least, 0.0, seconds).is_err());
     }
 
     /// A limit on looks names views that are what they say, none better than the best; a limit never reached changes nothing.
