@@ -22,6 +22,8 @@ pub struct Sampler<S> {
     relaxed: Params,
     sensors: Sensors,
     postures: Vec<Posture<S>>,
+    /// Those of the last tries.
+    last_postures: Vec<Posture<S>>,
     world: World,
     tiles: Tiles,
     libraries: BTreeMap<u64, Library>,
@@ -44,6 +46,7 @@ impl<S: Clone> Sampler<S> {
             params: params.clone(),
             relaxed: params.relaxed(),
             sensors: Sensors::new(params),
+            last_postures: postures.clone(),
             postures,
             world: World::default(),
             tiles: Tiles::default(),
@@ -51,6 +54,20 @@ impl<S: Clone> Sampler<S> {
             last_tries: BTreeMap::new(),
             tick: 0,
         })
+    }
+
+    /// The same sampler with postures of its own for the [last tries](Self::retry): many more than a library can afford, for
+    /// what is in sight of no other.
+    ///
+    /// # Errors
+    /// If there is no posture.
+    pub fn with_last_postures(mut self, postures: Vec<Posture<S>>) -> Result<Self, Error> {
+        if postures.is_empty() {
+            return Err(Error::NoPosture(0));
+        }
+        self.last_postures = postures;
+        self.last_tries.clear();
+        Ok(self)
     }
 
     /// The arm states of the libraries.
@@ -158,9 +175,9 @@ impl<S: Clone> Sampler<S> {
         }
         let (world, sensors, postures, tick) =
             (&self.world, &self.sensors, &self.postures, self.tick);
-        for (libraries, params) in [
-            (&mut self.libraries, &self.params),
-            (&mut self.last_tries, &self.relaxed),
+        for (libraries, params, postures) in [
+            (&mut self.libraries, &self.params, postures),
+            (&mut self.last_tries, &self.relaxed, &self.last_postures),
         ] {
             for library in libraries.values_mut() {
                 if grown || widened {
@@ -246,7 +263,7 @@ impl<S: Clone> Sampler<S> {
     }
 
     /// The last try for the clusters named: rings wider by [`Relaxed::widen`](crate::Relaxed::widen),
-    /// more bearings, and the threshold of one voxel. Unknown ids are passed over.
+    /// more bearings, the threshold of one voxel, and [postures](Self::with_last_postures) of their own. Unknown ids are passed over.
     ///
     /// # Errors
     /// If the base pose is not finite.
@@ -273,7 +290,7 @@ impl<S: Clone> Sampler<S> {
             tiles: &self.tiles,
             sensors: &self.sensors,
             params: &self.relaxed,
-            postures: &self.postures,
+            postures: &self.last_postures,
             robot,
             costs,
             from: (&base, state),
@@ -292,7 +309,7 @@ impl<S: Clone> Sampler<S> {
                     &self.world,
                     &self.sensors,
                     &self.relaxed,
-                    &self.postures,
+                    &self.last_postures,
                 )
             });
             match relaxed.best(&context, &mut set.effort) {
