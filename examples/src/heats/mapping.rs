@@ -29,6 +29,7 @@ pub struct Mapper {
     /// Largest incidence at which a face counts as inspected, rad; none for the published rule.
     pub inspect_incidence: Option<f64>,
     grazing_guard: Option<GrazingGuard>,
+    hit_depth: f64,
     region_params: RegionParams,
     segmented_at: f64,
     free_cells: usize,
@@ -48,6 +49,8 @@ impl Mapper {
             sensor: SensorModel {
                 hit: m.hit,
                 miss: m.miss,
+                min: m.clamp.0,
+                max: m.clamp.1,
                 ..SensorModel::default()
             },
         })?;
@@ -68,6 +71,7 @@ impl Mapper {
             inspect_incidence: (m.inspect_incidence < 90.0)
                 .then(|| m.inspect_incidence.to_radians()),
             grazing_guard: m.grazing_guard.then(GrazingGuard::default),
+            hit_depth: m.hit_depth,
             region_params: RegionParams {
                 tau: settings.decision.tau,
                 ..RegionParams::default()
@@ -104,6 +108,7 @@ impl Mapper {
             max_range,
             skip: body,
             grazing_guard: self.grazing_guard,
+            hit_depth: self.hit_depth,
             ..Scan::default()
         })?;
         Ok(())

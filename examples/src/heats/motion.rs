@@ -1,15 +1,14 @@
 //! Whole-body paths: base path with free goal yaw, compensation by the arm, arm path in time (HEATS sect. V-A).
 
 use super::body::{Joints, Whole};
+use super::pace::trapezoid;
 use hybrid_astar::{Footprint, GoalYaw, Limits, Planner};
 use robots::{BodyState, Frame};
+use std::f64::consts::PI;
 use strrt::{Status, steps_needed};
 
 /// Time between states of a path, s.
 pub(super) const STEP: f64 = 0.1;
-/// Camera errors that count as the wanted view when no exact one exists: m and rad.
-const NEAR: (f64, f64) = (0.15, 0.0873);
-
 /// States of base and arm at equal times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyPath {
@@ -142,27 +141,77 @@ pub(super) fn plan_base(
     })
 }
 
-/// Joints that give the wanted camera pose with the base where it will stand, free of collision; the quickest first.
-pub(super) fn compensate(
+/// How a view is taken up at the end of a base path: how far the base turns on there, and the arm's posture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stance {
+    /// Turn on the spot at the end, rad.
+    pub turn: f64,
+    /// Joints that show the view from there.
+    pub joints: Joints,
+    /// Time from setting out, about, s.
+    pub seconds: f64,
+}
+
+/// Turns on the spot that are tried at the end of a path, rad: multiples of this up to half a turn either way.
+const TURN_STEP: f64 = PI / 12.0;
+
+/// The ways to take up a view where a base path ends, the quickest first.
+///
+/// HEATS leaves the yaw to the path and lets the shoulder pan make up for it. Base and shoulder turn the camera faster
+/// together than either alone, and some views are in the arm's reach only from some yaws.
+pub(super) fn stances(
     whole: &Whole<'_>,
+    params: &MotionParams,
     goal: &BodyState,
-    base: [f64; 3],
+    base: &[[f64; 3]],
     from: &Joints,
-) -> Option<Joints> {
+) -> Vec<Stance> {
+    let end = base[base.len() - 1];
+    let driven = STEP * (base.len() - 1) as f64;
     let wanted: Frame = whole.robot.camera_frame(goal);
-    let exact = whole.robot.ik_camera_frame(base, &wanted, from);
-    if let Some(found) = exact
-        .as_slice()
-        .iter()
-        .find(|s| whole.arm_is_free(base, &s.joints))
-    {
-        return Some(found.joints);
+    let mut found = Vec::new();
+    for side in [1.0, -1.0] {
+        for k in 0..=12 {
+            let turn = side * TURN_STEP * f64::from(k);
+            let pose = [end[0], end[1], end[2] + turn];
+            if k > 0 && whole.base_room(pose) < whole.base_clearance - 0.01 {
+                break;
+            }
+            if k == 0 && side < 0.0 {
+                continue;
+            }
+            let until = driven + trapezoid(turn.abs(), params.base.w, params.base.alpha);
+            for solution in whole.robot.ik_camera_frame(pose, &wanted, from).as_slice() {
+                let steps = steps_needed(from, &solution.joints, &[params.joint_speed; 6], STEP);
+                found.push(Stance {
+                    turn,
+                    joints: solution.joints,
+                    seconds: until.max(STEP * steps as f64),
+                });
+            }
+        }
     }
-    let near = whole.robot.compensate_yaw(goal, base, from).ok()?;
-    (near.position_error <= NEAR.0
-        && near.angle_error <= NEAR.1
-        && whole.arm_is_free(base, &near.joints))
-    .then_some(near.joints)
+    found.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    found
+}
+
+/// Turns on the spot at the end of a path.
+pub(super) fn turn_on(base: &mut Vec<[f64; 3]>, turn: f64, limits: &Limits) {
+    let end = base[base.len() - 1];
+    let (angle, total) = (turn.abs(), trapezoid(turn.abs(), limits.w, limits.alpha));
+    let ramp = (limits.w / limits.alpha).min((angle / limits.alpha).sqrt());
+    let steps = (total / STEP - 1e-9).ceil() as usize;
+    for k in 1..=steps {
+        let t = (STEP * k as f64).min(total);
+        let done = if t < ramp {
+            0.5 * limits.alpha * t * t
+        } else if t < total - ramp {
+            limits.alpha * ramp * (t - 0.5 * ramp)
+        } else {
+            angle - 0.5 * limits.alpha * (total - t).powi(2)
+        };
+        base.push([end[0], end[1], end[2] + done.copysign(turn)]);
+    }
 }
 
 /// Plans the arm over the base's path; the base waits where the arm needs longer.
@@ -219,4 +268,92 @@ pub(super) fn is_clear(whole: &Whole<'_>, path: &BodyPath, from: f64, margin: f6
         .step_by(2)
         .chain([last])
         .all(|i| whole.room(path.base[i.min(last)], &path.joints[i.min(last)]) >= margin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::heats::mapping::Mapper;
+    use crate::heats::settings::Settings;
+    use crate::scene::Scene;
+    use robots::MobileManipulator;
+
+    const LIMITS: Limits = Limits {
+        v: 0.8,
+        w: 0.9,
+        a: 0.8,
+        alpha: 2.0,
+    };
+
+    #[test]
+    fn turns_on_the_spot_keep_the_limits_and_end_where_they_should() {
+        for turn in [-3.0_f64, -0.4, -0.01, 0.0, 0.2, 1.0, 3.1] {
+            let mut base = vec![[1.0, 2.0, 0.3]];
+            turn_on(&mut base, turn, &LIMITS);
+            let end = base[base.len() - 1];
+            assert_eq!([end[0], end[1]], [1.0, 2.0]);
+            assert!((end[2] - 0.3 - turn).abs() < 1e-9, "{turn}: {}", end[2]);
+            let speeds: Vec<f64> = base
+                .windows(2)
+                .map(|p| (p[1][2] - p[0][2]) / STEP)
+                .collect();
+            assert!(speeds.iter().all(|w| w.abs() <= LIMITS.w + 1e-9));
+            assert!(speeds.iter().all(|w| w * turn >= 0.0));
+            let rest = [0.0];
+            let all: Vec<f64> = rest.iter().chain(&speeds).copied().collect();
+            assert!(
+                all.windows(2)
+                    .all(|p| (p[1] - p[0]).abs() <= LIMITS.alpha * STEP + 1e-9)
+            );
+            let least = trapezoid(turn.abs(), LIMITS.w, LIMITS.alpha);
+            assert!(STEP * speeds.len() as f64 <= least + STEP);
+        }
+    }
+
+    #[test]
+    fn stances_show_the_view_and_the_quickest_comes_first() {
+        let scene = Scene::builtin("closet").expect("embedded");
+        let mut mapper = Mapper::new(&scene, &Settings::default()).expect("a small map");
+        mapper.map.set_free_sphere([2.0, 2.0, 1.0], 20.0);
+        let _ = mapper.refresh();
+        let robot = MobileManipulator::default();
+        let whole = Whole {
+            robot: &robot,
+            mapper: &mapper,
+            base_clearance: 0.0,
+            arm_clearance: 0.0,
+        };
+        let view = robots::View {
+            height: 1.1,
+            pitch: -0.3,
+        };
+        let joints = robot
+            .postures(&[view], &robots::PostureWeights::default())
+            .expect("in reach")[0]
+            .joints;
+        let params = MotionParams {
+            base: LIMITS,
+            joint_speed: 0.76,
+            joint_range: [(-2.0 * PI, 2.0 * PI); 6],
+            arm_iterations: 100,
+        };
+        let goal = BodyState {
+            base: [2.0, 2.0, 2.5],
+            joints,
+        };
+        let wanted = robot.camera_frame(&goal);
+        let base = vec![[2.0, 2.0, 0.0]; 11];
+        let found = stances(&whole, &params, &goal, &base, &joints);
+        assert!(found.windows(2).all(|p| p[0].seconds <= p[1].seconds));
+        for s in &found {
+            let frame = robot.camera_frame(&BodyState {
+                base: [2.0, 2.0, s.turn],
+                joints: s.joints,
+            });
+            let off: f64 = (0..3).map(|a| (frame.p[a] - wanted.p[a]).powi(2)).sum();
+            assert!(off.sqrt() < 1e-6);
+        }
+        // Quicker than turning the base alone: 1 s of waiting, then 2.5 rad.
+        assert!(found[0].seconds < 1.0 + trapezoid(2.5, LIMITS.w, LIMITS.alpha) - 0.5);
+    }
 }

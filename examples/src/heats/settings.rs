@@ -66,10 +66,17 @@ pub struct MapSettings {
     pub inspect_incidence: f64,
     /// Whether faces too narrow to carry a target, of rods and edges and slivers between them, need no inspection.
     pub skip_narrow: bool,
-    /// Probabilities of the sensor model: hit, miss, lower clamp, upper clamp, occupied above.
+    /// Probabilities of the sensor model: hit and miss.
     pub hit: f64,
     /// See [`hit`](Self::hit).
     pub miss: f64,
+    /// Lower and upper clamp of the sensor model. With narrow ones (0.12 and 0.97 are usual) a single return fills a cell that was
+    /// seen empty for seconds, and each cell that turns over has faces to be inspected again: in the lab two thirds of what a
+    /// late stretch of the search inspected had been inspected before.
+    pub clamp: (f64, f64),
+    /// How far behind its surface a return counts, m: enough for rounding where a surface lies on a border between cells. What
+    /// is more takes returns at the edge of a solid for the cell beyond it.
+    pub hit_depth: f64,
     /// Whether rays that scrape along a surface are kept from erasing it: each voxel that turns free and occupied again is to be
     /// inspected again.
     pub grazing_guard: bool,
@@ -91,6 +98,8 @@ impl Default for MapSettings {
             skip_narrow: true,
             hit: 0.97,
             miss: 0.49,
+            clamp: (0.004, 0.998),
+            hit_depth: 2e-5,
             grazing_guard: true,
             range_noise: 0.0,
             dropout: 0.0,
@@ -156,6 +165,12 @@ pub struct ViewSettings {
     /// of what such a view is for: walls, table tops and cabinet tops from above, undersides from a low camera stretched out beneath
     /// them.
     pub attitudes: Vec<(f64, f64, f64)>,
+    /// More attitudes for the last tries, in the same terms: for what is in sight of none of the others.
+    pub last_attitudes: Vec<(f64, f64, f64)>,
+    /// Attitudes of a smaller elevation than this, up or down, hold the camera upright: rolled a quarter turn (degrees; 0 for none).
+    /// Base and shoulder sweep the image sideways, so that its longer side covers more of a wall when it is upright: at 1.5 m, 2 m
+    /// of its height instead of 1.2 m.
+    pub upright: f64,
     /// Radii of the innermost and outermost ring of base positions around a cluster, m.
     pub ring_min: f64,
     /// See [`ring_min`](Self::ring_min).
@@ -190,6 +205,16 @@ impl Default for ViewSettings {
                 (-75.0, 1.1, 0.75),
                 (-32.0, 1.42, 0.5),
             ],
+            last_attitudes: vec![
+                (-30.0, 1.6, 0.2),
+                (-45.0, 1.5, 0.4),
+                (-60.0, 1.2, 0.6),
+                (-30.0, 1.0, 0.7),
+                (0.0, 0.9, 0.8),
+                (-15.0, 0.5, 0.9),
+                (30.0, 0.25, 0.9),
+            ],
+            upright: 20.0,
             ring_min: 0.6,
             ring_max: 3.0,
             lidar_range: 8.0,
@@ -207,8 +232,9 @@ impl Default for ViewSettings {
 pub struct DecisionSettings {
     /// Concavity above which a region is cut, m.
     pub tau: f64,
-    /// Whether the candidates of the robot's region, and views from where it stands, are thinned to a greedy cover before the
-    /// order is chosen. False is the published rule: one view for each cluster, however small, visited one after another.
+    /// Whether the candidates of the robot's region, and views from where it stands, are thinned to those that soonest cover what
+    /// all of them see before the order is chosen. False is the published rule: one view for each cluster, however small,
+    /// visited one after another.
     pub cover: bool,
     /// Views of the cover that add less than this share of what the first adds wait for a later decision: first the views that see
     /// much, then the leftovers of the region.
@@ -454,6 +480,10 @@ impl Settings {
         positive("map.inspect_incidence", self.map.inspect_incidence)?;
         share("map.hit", self.map.hit)?;
         share("map.miss", self.map.miss)?;
+        share("map.clamp", self.map.clamp.0)?;
+        share("map.clamp", self.map.clamp.1)?;
+        band("map.clamp", self.map.clamp)?;
+        not_negative("map.hit_depth", self.map.hit_depth)?;
         check(
             self.map.miss < self.map.hit,
             "map.miss",
@@ -475,6 +505,7 @@ impl Settings {
         )?;
         band("frontier.exploration_band", self.frontier.exploration_band)?;
         not_negative("views.motion_decay", self.views.motion_decay)?;
+        not_negative("views.upright", self.views.upright)?;
         not_negative("views.exploration_weight", self.views.exploration_weight)?;
         not_negative("views.inspection_weight", self.views.inspection_weight)?;
         not_negative("views.threshold", self.views.threshold)?;
@@ -524,6 +555,8 @@ impl Settings {
         positive("decision.rate_span", self.decision.rate_span)?;
         not_negative("views.delay_price", self.views.delay_price)?;
         positive("motion.turn_speed", self.motion.turn_speed)?;
+        positive("motion.reverse[0]", self.motion.reverse.0)?;
+        not_negative("motion.reverse[1]", self.motion.reverse.1)?;
         positive("motion.control_period", self.motion.control_period)?;
         not_negative("motion.margin", self.motion.margin)?;
         check(

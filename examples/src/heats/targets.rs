@@ -17,6 +17,13 @@ use voxmap::CellBox;
 /// Voxel edge for which thresholds are given, m: smaller voxels ask for as many more.
 const REFERENCE_CELL: f64 = 0.15;
 
+/// Time that a view takes beyond the way to it, s.
+const STAY: f64 = 0.3;
+/// Distance of the points at which a straight line is held against the map, m.
+const LINE_STEP: f64 = 0.2;
+/// How much longer than the blocked straight line a way is taken to be: a factor and metres.
+const DETOUR: (f64, f64) = (1.5, 0.5);
+
 /// Radius of the disc for which ways are measured: the base's half width with its clearance, m.
 fn disc(whole: &Whole<'_>) -> f64 {
     0.5 * whole.robot.base.width + whole.base_clearance
@@ -127,7 +134,7 @@ pub struct Targets {
 }
 
 impl Targets {
-    /// A planner that knows nothing yet. `postures` are the robot's camera postures.
+    /// A planner that knows nothing yet. `postures` are the robot's camera postures, and more of them for the last tries.
     ///
     /// # Errors
     /// The crates' own messages for bad settings.
@@ -135,7 +142,7 @@ impl Targets {
         settings: &Settings,
         robot: &MobileManipulator,
         pace: &Pace,
-        postures: &[robots::Posture],
+        (postures, more): (&[robots::Posture], &[robots::Posture]),
         cell_size: f64,
         inspect_range: f64,
         height: f64,
@@ -198,8 +205,9 @@ impl Targets {
             },
             ..defaults
         };
-        let postures = postures
+        let all: Vec<Posture<Joints>> = postures
             .iter()
+            .chain(more)
             .enumerate()
             .map(|(view, p)| Posture {
                 view,
@@ -210,7 +218,10 @@ impl Targets {
                 state: p.joints,
             })
             .collect();
-        let sampler = Sampler::new(&params, postures).map_err(|e| e.to_string())?;
+        let usual = all.iter().take(postures.len()).cloned().collect();
+        let sampler = Sampler::new(&params, usual)
+            .and_then(|sampler| sampler.with_last_postures(all))
+            .map_err(|e| e.to_string())?;
         Ok(Self {
             frontiers,
             sampler,
@@ -539,7 +550,7 @@ impl Targets {
         Ok(Outcome::Go(Box::new(next)))
     }
 
-    /// Of the views in the robot's region, and those from where it stands, the few that cover what all of them see; the views of
+    /// Of the views in the robot's region, and those from where it stands, those that soonest cover what all of them see; the views of
     /// other regions stay as they are.
     fn fewest(
         &self,
@@ -563,15 +574,39 @@ impl Targets {
             .map_err(|e| e.to_string())?;
         *effort += spent;
         near.extend(turns);
+        let (pace, ground) = (self.pace, &whole.mapper.ground);
+        let clear = 0.5 * whole.robot.base.width;
+        // Regions are nearly convex: the straight line is nearly the way, where it is free.
+        let meters = |a: &[f64; 3], b: &[f64; 3]| {
+            let length = (a[0] - b[0]).hypot(a[1] - b[1]);
+            let steps = (length / LINE_STEP) as usize;
+            let free = (1..steps).all(|k| {
+                let t = k as f64 / steps as f64;
+                let p = [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
+                ground.clearance(p) >= clear
+            });
+            if free {
+                length
+            } else {
+                DETOUR.0 * length + DETOUR.1
+            }
+        };
         let (chosen, spent) = self
             .sampler
-            .cover_after(before, &near, self.threshold())
+            .cover_by_rate(before, &near, self.threshold(), STAY, |from, to| {
+                let Some(from) = from else {
+                    return near[to].seconds;
+                };
+                let (a, b) = (&near[from], &near[to]);
+                let way = meters(&a.base, &b.base);
+                pace.seconds(way, (&a.base, &a.state), (&b.base, &b.state))
+            })
             .map_err(|e| e.to_string())?;
         *effort += spent;
-        let most = chosen.first().map_or(0.0, |(_, gain)| gain.info);
+        let most = chosen.iter().map(|c| c.1.info).fold(0.0, f64::max);
         for (index, gain) in chosen {
             if gain.info < (self.cover_share * most).min(self.cover_most) {
-                break;
+                continue;
             }
             let mut view = near[index].clone();
             view.gain = gain;

@@ -12,7 +12,7 @@ use crate::heats::failures::Failures;
 use crate::heats::glance;
 use crate::heats::mapping::Mapper;
 use crate::heats::motion::{
-    BodyPath, Failure, MotionParams, STEP, compensate, is_clear, plan_arm, plan_base,
+    BodyPath, Failure, MotionParams, STEP, is_clear, plan_arm, plan_base, stances, turn_on,
 };
 use crate::heats::pace::Pace;
 use crate::heats::settings::{PlanningTime, Sensors, Settings};

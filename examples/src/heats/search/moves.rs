@@ -141,8 +141,7 @@ impl Search<'_> {
         let seed = self.settings.seed ^ (now / TICK) as u64;
         let whole = whole(&self.robot, &self.mapper, self.settings);
         let (planner, watch) = (&mut self.base_planner, &mut self.watch);
-        let mut tried: Result<(BodyPath, Pose, (usize, usize)), Failure> =
-            Err(Failure("no way was tried".into()));
+        let mut tried: Result<(BodyPath, Pose), Failure> = Err(Failure("no way was tried".into()));
         let mut effort = (0, 0);
         for yaw in [GoalYaw::Free, GoalYaw::Fixed(choice.base[2])] {
             let (base, _) = watch.time(Stage::BasePath, || {
@@ -156,29 +155,39 @@ impl Search<'_> {
                     &yaw,
                 )
             });
-            let base = match base {
+            let mut base = match base {
                 Ok(base) => base,
                 Err(failure) => {
-                    if tried.is_err() {
-                        tried = Err(failure);
-                    }
+                    tried = Err(failure);
                     continue;
                 }
             };
             effort.0 += base.expansions;
-            let end = base.poses[base.poses.len() - 1];
             let lap = Lap::start();
-            let arm = compensate(&whole, &goal, end, &from.joints)
+            let stance = stances(
+                &whole,
+                &self.motion_params,
+                &goal,
+                &base.poses,
+                &from.joints,
+            )
+            .into_iter()
+            .find(|s| {
+                let end = base.poses[base.poses.len() - 1];
+                whole.arm_is_free([end[0], end[1], end[2] + s.turn], &s.joints)
+            });
+            let arm = stance
                 .ok_or_else(|| {
                     Failure("no free arm posture shows the view from where the base stops".into())
                 })
-                .and_then(|joints| {
+                .and_then(|stance| {
+                    turn_on(&mut base.poses, stance.turn, &self.motion_params.base);
                     plan_arm(
                         &whole,
                         &self.motion_params,
                         &base.poses,
                         from.joints,
-                        joints,
+                        stance.joints,
                         seed,
                     )
                 });
@@ -188,22 +197,13 @@ impl Search<'_> {
                     let (base_end, joints_end) = path.end();
                     let camera = camera_at(&self.robot, base_end, &joints_end);
                     effort.1 += samples;
-                    if tried
-                        .as_ref()
-                        .is_ok_and(|(best, ..)| best.seconds() <= path.seconds())
-                    {
-                        continue;
-                    }
-                    tried = Ok((path, camera, effort));
+                    tried = Ok((path, camera));
+                    break;
                 }
-                Err(failure) => {
-                    if tried.is_err() {
-                        tried = Err(failure);
-                    }
-                }
+                Err(failure) => tried = Err(failure),
             }
         }
-        let (path, camera, _) = tried?;
+        let (path, camera) = tried?;
         if !self.settings.views.on_the_way {
             return Ok((path, camera, effort));
         }
