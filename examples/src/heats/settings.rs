@@ -71,8 +71,7 @@ pub struct MapSettings {
     /// See [`hit`](Self::hit).
     pub miss: f64,
     /// Lower and upper clamp of the sensor model. With narrow ones (0.12 and 0.97 are usual) a single return fills a cell that was
-    /// seen empty for seconds, and each cell that turns over has faces to be inspected again: in the lab two thirds of what a
-    /// late stretch of the search inspected had been inspected before.
+    /// seen empty for seconds, and the faces of each cell that turns over must be inspected again.
     pub clamp: (f64, f64),
     /// How far behind its surface a return counts, m: enough for rounding where a surface lies on a border between cells. What
     /// is more takes returns at the edge of a solid for the cell beyond it.
