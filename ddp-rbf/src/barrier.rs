@@ -132,27 +132,43 @@ impl<V: Vector> Sum<V> {
         }
     }
 
+    /// Adds the barrier at `z`.
+    #[inline(always)]
+    pub(crate) fn add_value(&mut self, z: V) {
+        self.add_parts(z);
+    }
+
     /// Adds the barrier at `z`; returns its slope and curvature.
     #[inline(always)]
     pub(crate) fn add(&mut self, z: V) -> (V, V) {
+        let one = V::splat(1.0);
+        let (c, t, d) = self.add_parts(z);
+        let i = one / c;
+        let mut slope = (t + one) * self.inverse_delta - i;
+        let mut curvature = i * i;
+        if let Some((_, inverse)) = self.end {
+            slope = (one - d).mul_add(inverse, slope);
+            curvature = inverse.neg_mul_add(inverse, curvature);
+        }
+        (slope * self.mu, curvature * self.mu)
+    }
+
+    /// Adds the barrier at `z`; returns the logarithm's argument, t of HEATS eq. 9, and the way to the cut-off over the cut-off.
+    #[inline(always)]
+    fn add_parts(&mut self, z: V) -> (V, V, V) {
         self.least = z.min(self.least);
         // Bent so that everything vanishes at the cut-off: clamping z there is all it takes.
         let z = match self.end {
             Some((end, _)) => z.min(end),
             None => z,
         };
-        let one = V::splat(1.0);
         let c = z.max(self.delta);
-        let i = one / c;
         let t = (z.min(self.delta) - (self.delta + self.delta)) * self.inverse_delta;
-        let mut slope = (t + one) * self.inverse_delta - i;
-        let mut curvature = i * i;
-        let mut rest = (t.mul_add(t, -one)) * V::splat(0.5);
+        let mut rest = (t.mul_add(t, -V::splat(1.0))) * V::splat(0.5);
+        let mut d = V::zero();
         if let Some((end, inverse)) = self.end {
-            let d = (z - end) * inverse;
+            d = (z - end) * inverse;
             rest = rest + (d * V::splat(-0.5)).mul_add(d, d);
-            slope = (one - d).mul_add(inverse, slope);
-            curvature = inverse.neg_mul_add(inverse, curvature);
             self.product = self.product * (c * inverse);
         } else {
             self.product = self.product * c;
@@ -162,7 +178,7 @@ impl<V: Vector> Sum<V> {
         if self.pending >= PENDING {
             self.flush();
         }
-        (slope * self.mu, curvature * self.mu)
+        (c, t, d)
     }
 
     #[inline(always)]

@@ -158,7 +158,7 @@ impl Chain {
                 index: state.len(),
             });
         }
-        let mut placed: Placed<Portable<1>> = Placed::new();
+        let mut placed: Placed<Portable<1>, MAX_SPHERES> = Placed::new();
         let mut at = [Portable::zero(); MAX_STATES];
         for (to, from) in at.iter_mut().zip(state) {
             *to = Portable::splat(*from);
@@ -175,12 +175,12 @@ impl Chain {
     ///
     /// No closures here and in other kernels: they would be compiled without the wide vectors' instructions.
     #[inline(always)]
-    pub(crate) fn place<const L: usize, V: Vector<L>>(
+    pub(crate) fn place<const L: usize, const S: usize, V: Vector<L>>(
         &self,
         state: &[V; MAX_STATES],
         last: usize,
         world: bool,
-        out: &mut Placed<V>,
+        out: &mut Placed<V, S>,
     ) {
         let zero = V::zero();
         let base_states = self.base_states();
@@ -265,10 +265,10 @@ fn point_of<const L: usize, V: Vector<L>>(turn: &[V; 2], base: &[V; 2], v: &[f64
     [base[0] + p[0], base[1] + p[1], p[2]]
 }
 
-/// A chain at as many states as a vector has lanes.
-pub(crate) struct Placed<V> {
+/// A chain of at most `S` spheres at as many states as a vector has lanes.
+pub(crate) struct Placed<V, const S: usize> {
     /// Centres of the spheres.
-    pub(crate) centers: [[V; 3]; MAX_SPHERES],
+    pub(crate) centers: [[V; 3]; S],
     /// Axes of the joints.
     pub(crate) axes: [[V; 3]; MAX_JOINTS],
     /// Origin of each joint cross its axis: with the axis, the joint's screw.
@@ -277,7 +277,7 @@ pub(crate) struct Placed<V> {
     pub(crate) base: [V; 2],
 }
 
-impl<V: Copy> Placed<V> {
+impl<V: Copy, const S: usize> Placed<V, S> {
     /// All zero.
     #[inline(always)]
     pub(crate) fn new<const L: usize>() -> Self
@@ -286,7 +286,7 @@ impl<V: Copy> Placed<V> {
     {
         let zero = V::zero();
         Self {
-            centers: [[zero; 3]; MAX_SPHERES],
+            centers: [[zero; 3]; S],
             axes: [[zero; 3]; MAX_JOINTS],
             moments: [[zero; 3]; MAX_JOINTS],
             base: [zero; 2],

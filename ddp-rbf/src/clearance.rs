@@ -1,12 +1,15 @@
 //! Clearance of a robot made of spheres: to a distance field, to half-spaces, and to itself, many knots at a time.
 
-use crate::barrier::{Barrier, Sum};
-use crate::chain::{Chain, MAX_STATES, Placed, cross};
+mod batch;
+
+use crate::barrier::Barrier;
+use crate::chain::{Chain, MAX_SPHERES, MAX_STATES, Placed, cross};
 use crate::constraint::{Constraint, Horizon, Penalty};
 use crate::cost::Expansion;
 use crate::error::Error;
 use crate::field::Field;
-use crate::simd::{Kernel, LANES, Lanes, Portable, Vector, dispatch};
+use crate::simd::{Lanes, Portable, Vector, dispatch};
+use batch::Batch;
 use nalgebra::SVector;
 
 /// Every chosen sphere keeps a margin from a field's surface (HEATS eq. 7).
@@ -66,13 +69,22 @@ trait Terms {
     /// How many there are.
     fn len(&self) -> usize;
     /// Asks a field about constraints `from` to `from + CHUNK`, if there is one.
-    fn ask<V: Vector>(&self, placed: &Placed<V>, from: usize, answers: &mut [[Lanes; 4]; CHUNK]);
-    /// Asks the field about constraint `i` at one knot.
-    fn ask_one(&self, placed: &Placed<Portable<1>>, i: usize) -> [[f64; 1]; 4];
-    /// Constraint `i`, with the field's answer; `None` if it lies beyond the cut-off at all knots.
-    fn term<const L: usize, V: Vector<L>>(
+    #[inline(always)]
+    fn ask<V: Vector, const S: usize>(
         &self,
-        placed: &Placed<V>,
+        _placed: &Placed<V, S>,
+        _from: usize,
+        _talk: &mut Talk,
+    ) {
+    }
+    /// Asks the field about constraint `i` at one knot.
+    fn ask_one(&self, _placed: &Placed<Portable<1>, MAX_SPHERES>, _i: usize) -> [[f64; 1]; 4] {
+        [[0.0]; 4]
+    }
+    /// Constraint `i`, with the field's answer; `None` if it lies beyond the cut-off at all knots.
+    fn term<const L: usize, const S: usize, V: Vector<L>>(
+        &self,
+        placed: &Placed<V, S>,
         i: usize,
         answer: &[[f64; L]; 4],
     ) -> Option<Term<V>>;
@@ -86,6 +98,12 @@ trait Terms {
 
 /// Constraints whose field is asked at once.
 const CHUNK: usize = 16;
+
+/// Room for what a field is asked and for what it answers; what it holds before is arbitrary.
+struct Talk {
+    points: [[Lanes; 3]; CHUNK],
+    answers: [[Lanes; 4]; CHUNK],
+}
 
 /// One constraint at several knots.
 struct Term<V> {
@@ -105,8 +123,8 @@ impl<F: Field> Terms for SphereClearance<'_, F> {
         self.spheres.len()
     }
     #[inline(always)]
-    fn ask<V: Vector>(&self, placed: &Placed<V>, from: usize, answers: &mut [[Lanes; 4]; CHUNK]) {
-        let mut points = [[[0.0; LANES]; 3]; CHUNK];
+    fn ask<V: Vector, const S: usize>(&self, placed: &Placed<V, S>, from: usize, talk: &mut Talk) {
+        let Talk { points, answers } = talk;
         let n = CHUNK.min(self.spheres.len() - from);
         for i in 0..n {
             let center = &placed.centers[self.spheres[from + i]];
@@ -116,15 +134,15 @@ impl<F: Field> Terms for SphereClearance<'_, F> {
         }
         self.field.batch(&points[..n], &mut answers[..n]);
     }
-    fn ask_one(&self, placed: &Placed<Portable<1>>, i: usize) -> [[f64; 1]; 4] {
+    fn ask_one(&self, placed: &Placed<Portable<1>, MAX_SPHERES>, i: usize) -> [[f64; 1]; 4] {
         let center = &placed.centers[self.spheres[i]];
         let (distance, [x, y, z]) = self.field.distance_gradient(center.map(|v| v.array()[0]));
         [[distance], [x], [y], [z]]
     }
     #[inline(always)]
-    fn term<const L: usize, V: Vector<L>>(
+    fn term<const L: usize, const S: usize, V: Vector<L>>(
         &self,
-        placed: &Placed<V>,
+        placed: &Placed<V, S>,
         i: usize,
         answer: &[[f64; L]; 4],
     ) -> Option<Term<V>> {
@@ -162,14 +180,9 @@ impl Terms for PlaneClearance<'_> {
         self.spheres.len() * self.planes.len()
     }
     #[inline(always)]
-    fn ask<V: Vector>(&self, _: &Placed<V>, _: usize, _: &mut [[Lanes; 4]; CHUNK]) {}
-    fn ask_one(&self, _: &Placed<Portable<1>>, _: usize) -> [[f64; 1]; 4] {
-        [[0.0]; 4]
-    }
-    #[inline(always)]
-    fn term<const L: usize, V: Vector<L>>(
+    fn term<const L: usize, const S: usize, V: Vector<L>>(
         &self,
-        placed: &Placed<V>,
+        placed: &Placed<V, S>,
         i: usize,
         _: &[[f64; L]; 4],
     ) -> Option<Term<V>> {
@@ -207,14 +220,9 @@ impl Terms for PairClearance<'_> {
         self.pairs.len()
     }
     #[inline(always)]
-    fn ask<V: Vector>(&self, _: &Placed<V>, _: usize, _: &mut [[Lanes; 4]; CHUNK]) {}
-    fn ask_one(&self, _: &Placed<Portable<1>>, _: usize) -> [[f64; 1]; 4] {
-        [[0.0]; 4]
-    }
-    #[inline(always)]
-    fn term<const L: usize, V: Vector<L>>(
+    fn term<const L: usize, const S: usize, V: Vector<L>>(
         &self,
-        placed: &Placed<V>,
+        placed: &Placed<V, S>,
         i: usize,
         _: &[[f64; L]; 4],
     ) -> Option<Term<V>> {
@@ -269,9 +277,9 @@ fn deepest(chain: &Chain, spheres: impl Iterator<Item = usize>) -> usize {
 
 /// Gradient of a term by the states that move spheres, into `out` from the returned index to `base_states + term.last`.
 #[inline(always)]
-fn row<const L: usize, V: Vector<L>>(
+fn row<const L: usize, const S: usize, V: Vector<L>>(
     term: &Term<V>,
-    placed: &Placed<V>,
+    placed: &Placed<V, S>,
     base_states: usize,
     out: &mut [V; MAX_STATES],
 ) -> usize {
@@ -290,149 +298,8 @@ fn row<const L: usize, V: Vector<L>>(
     0
 }
 
-/// The penalty of all knots after the first.
-struct Batch<'a, 'm, T, const NX: usize, const NU: usize> {
-    terms: &'a T,
-    along: &'a Horizon<'a, NX, NU>,
-    models: Option<&'m mut [Expansion<NX, NU>]>,
-}
-
-impl<T: Terms, const NX: usize, const NU: usize> Kernel for Batch<'_, '_, T, NX, NU> {
-    type Output = Penalty;
-    #[inline(always)]
-    fn run<V: Vector>(self) -> Penalty {
-        let Self {
-            terms,
-            along,
-            mut models,
-        } = self;
-        let chain = terms.chain();
-        let (last, world, barrier) = (terms.last(), terms.world(), terms.penalty());
-        let base_states = chain.base_states();
-        let states = base_states + last;
-        let n = along.inputs.len();
-        let count = terms.len();
-        let mut total = Penalty {
-            sum: 0.0,
-            least: f64::INFINITY,
-        };
-        let end = V::splat(barrier.cutoff.unwrap_or(f64::INFINITY));
-        let mut placed = Placed::new();
-        let mut answers = [[[0.0; LANES]; 4]; CHUNK];
-        let mut at = [V::zero(); MAX_STATES];
-        let mut slopes = [V::zero(); MAX_STATES];
-        let mut gradient = [V::zero(); NX];
-        let mut hessian = [[V::zero(); NX]; NX];
-        let mut k = 1;
-        while k <= n {
-            let lanes = LANES.min(n + 1 - k);
-            for i in 0..states {
-                let mut row = [0.0; LANES];
-                for lane in 0..LANES {
-                    // A group that is not full repeats its last knot.
-                    row[lane] = along.states[k + lane.min(lanes - 1)][i];
-                }
-                at[i] = V::load(&row);
-                gradient[i] = V::zero();
-                for j in 0..=i {
-                    hessian[i][j] = V::zero();
-                }
-            }
-            chain.place(&at, last, world, &mut placed);
-            let mut sum: Sum<V> = Sum::new(&barrier, along.weight);
-            let mut from = MAX_STATES;
-            for i in 0..count {
-                if i % CHUNK == 0 {
-                    terms.ask(&placed, i, &mut answers);
-                }
-                let Some(term) = terms.term(&placed, i, &answers[i % CHUNK]) else {
-                    continue;
-                };
-                let (slope, curvature) = sum.add(term.z);
-                if models.is_none() || end.all_less(term.z) {
-                    continue;
-                }
-                let start = row(&term, &placed, base_states, &mut slopes);
-                from = from.min(start);
-                for j in start..base_states + term.last {
-                    gradient[j] = slope.mul_add(slopes[j], gradient[j]);
-                    let bent = curvature * slopes[j];
-                    for i in start..=j {
-                        hessian[j][i] = bent.mul_add(slopes[i], hessian[j][i]);
-                    }
-                }
-            }
-            let (value, least) = sum.finish();
-            let (value, least) = (value.array(), least.array());
-            for lane in 0..lanes {
-                total.sum += value[lane];
-                total.least = total.least.min(least[lane]);
-            }
-            if let Some(models) = &mut models
-                && from < states
-            {
-                let models = &mut models[k..k + lanes];
-                add_models(&gradient, &hessian, from, states, models);
-            }
-            k += LANES;
-        }
-        total
-    }
-}
-
-/// Adds gradients and Hessians (lower triangles) of the states `from..states`, lanes to knots.
-#[inline(always)]
-fn add_models<V: Vector, const NX: usize, const NU: usize>(
-    gradient: &[V; NX],
-    hessian: &[[V; NX]; NX],
-    from: usize,
-    states: usize,
-    models: &mut [Expansion<NX, NU>],
-) {
-    let mut rest = from;
-    if NX >= LANES {
-        // As many states as there are lanes at a time: after a transposition each knot's share is contiguous. The block may
-        // take in states before `from`, to which it adds zero.
-        let start = from.min(NX - LANES);
-        rest = states.min(start + LANES);
-        let mut rows = [V::zero(); LANES];
-        rows[from - start..rest - start].copy_from_slice(&gradient[from..rest]);
-        let rows = V::transpose(rows);
-        for (model, row) in models.iter_mut().zip(rows) {
-            add_to(&mut model.x.as_mut_slice()[start..], row);
-        }
-        for j in from..states {
-            let mut rows = [V::zero(); LANES];
-            for i in from..rest {
-                rows[i - start] = hessian[j.max(i)][j.min(i)];
-            }
-            let rows = V::transpose(rows);
-            for (model, row) in models.iter_mut().zip(rows) {
-                add_to(&mut model.xx.as_mut_slice()[j * NX + start..], row);
-            }
-        }
-    }
-    for i in rest..states {
-        let slopes = gradient[i].array();
-        for (model, slope) in models.iter_mut().zip(slopes) {
-            model.x[i] += slope;
-        }
-        for j in from..states {
-            let bends = hessian[j.max(i)][j.min(i)].array();
-            for (model, bend) in models.iter_mut().zip(bends) {
-                model.xx[(i, j)] += bend;
-            }
-        }
-    }
-}
-
-/// Adds to the first [`LANES`] entries.
-#[inline(always)]
-fn add_to<V: Vector>(entries: &mut [f64], row: V) {
-    if let Some(to) = entries.first_chunk_mut::<LANES>() {
-        (V::load(to) + row).store(to);
-    }
-}
+/// Spheres of a small robot, which are placed in less room: making room for [`MAX_SPHERES`] takes time.
+const FEW: usize = 16;
 
 /// The same terms at one knot, one by one.
 fn visit_rows<const NX: usize>(
@@ -524,7 +391,11 @@ macro_rules! clearance {
                 along: &Horizon<'_, NX, NU>,
                 models: Option<&mut [Expansion<NX, NU>]>,
             ) -> Penalty {
-                dispatch(Batch { terms: self, along, models })
+                if self.chain.spheres().len() <= FEW {
+                    dispatch(Batch::<_, NX, NU, FEW> { terms: self, along, models })
+                } else {
+                    dispatch(Batch::<_, NX, NU, MAX_SPHERES> { terms: self, along, models })
+                }
             }
         }
     };

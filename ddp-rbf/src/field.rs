@@ -377,10 +377,12 @@ impl GridField {
     fn group<const L: usize, V: Vector<L>>(&self, point: [V; 3]) -> [V; 4] {
         let (zero, one) = (V::zero(), V::splat(1.0));
         let (cell, per_cell) = (V::splat(self.cell), V::splat(1.0 / self.cell));
-        let mut index = [[0.0; L]; 3];
+        let mut first = zero;
         let mut part = [zero; 3];
         let mut beyond = [zero; 3];
         let mut away = zero;
+        // Addresses are whole numbers below 2^53, exact.
+        let mut stride = 1.0;
         for a in 0..3 {
             let t = (point[a] - V::splat(self.low[a])) * per_cell;
             // What is not a number stays so in the part, not in the index.
@@ -389,28 +391,17 @@ impl GridField {
             away = beyond[a].mul_add(beyond[a], away);
             let whole = V::splat((self.size[a] - 2) as f64).min(floor(inside));
             part[a] = inside - whole;
-            whole.store(&mut index[a]);
+            first = whole.mul_add(V::splat(stride), first);
+            stride *= self.size[a] as f64;
         }
-        let (sy, sz) = (self.size[0], self.size[0] * self.size[1]);
-        let mut corners = [[0.0; L]; 8];
-        for lane in 0..L {
-            let first = index[0][lane] as usize
-                + index[1][lane] as usize * sy
-                + index[2][lane] as usize * sz;
-            for (k, offset) in [0, sy, sz, sz + sy].into_iter().enumerate() {
-                if let Some([a, b]) = self.distances[first + offset..].first_chunk::<2>() {
-                    corners[2 * k][lane] = f64::from(*a);
-                    corners[2 * k + 1][lane] = f64::from(*b);
-                }
-            }
-        }
+        let corners = self.corners(first);
         // Along x, then y, then z; differences are the slopes.
         let [x, y, z] = part;
         let mut values = [zero; 4];
         let mut slopes = [zero; 4];
         for k in 0..4 {
-            let a = V::load(&corners[2 * k]);
-            slopes[k] = V::load(&corners[2 * k + 1]) - a;
+            let a = corners[2 * k];
+            slopes[k] = corners[2 * k + 1] - a;
             values[k] = slopes[k].mul_add(x, a);
         }
         let (y0, y1) = (values[1] - values[0], values[3] - values[2]);
@@ -434,4 +425,49 @@ impl GridField {
         }
         [value, gradient[0], gradient[1], gradient[2]]
     }
+
+    /// Distances at the corners of cells, x fastest; `first` is the address of each cell's first corner.
+    #[inline(always)]
+    fn corners<const L: usize, V: Vector<L>>(&self, first: V) -> [V; CORNERS] {
+        let first = first.array();
+        let (sy, sz) = (self.size[0], self.size[0] * self.size[1]);
+        let mut columns = [V::zero(); CORNERS];
+        if L == CORNERS {
+            // A row per cell, turned in registers: gathered through memory, loads would wait for eight narrow stores.
+            let mut rows = [V::zero(); L];
+            for lane in 0..L {
+                let cell = self.cell(first[lane] as usize, sy, sz);
+                let mut row = [0.0; L];
+                for k in 0..L {
+                    row[k] = f64::from(cell[k]);
+                }
+                rows[lane] = V::load(&row);
+            }
+            columns[..L].copy_from_slice(&V::transpose(rows));
+            return columns;
+        }
+        for k in 0..CORNERS {
+            let mut column = [0.0; L];
+            for lane in 0..L {
+                column[lane] = f64::from(self.cell(first[lane] as usize, sy, sz)[k]);
+            }
+            columns[k] = V::load(&column);
+        }
+        columns
+    }
+
+    /// Distances at the corners of one cell.
+    #[inline(always)]
+    fn cell(&self, first: usize, sy: usize, sz: usize) -> [f32; CORNERS] {
+        let mut out = [0.0; CORNERS];
+        for (out, offset) in out.chunks_exact_mut(2).zip([0, sy, sz, sz + sy]) {
+            if let Some(pair) = self.distances[first + offset..].first_chunk::<2>() {
+                out.copy_from_slice(pair);
+            }
+        }
+        out
+    }
 }
+
+/// Corners of a cell.
+const CORNERS: usize = 8;

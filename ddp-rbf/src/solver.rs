@@ -112,6 +112,8 @@ pub struct Solver<const NX: usize, const NU: usize> {
     policies: Vec<Policy<NX, NU>>,
     pattern: Pattern,
     regularization: f64,
+    /// Whether the full step is likely to be taken, as the last one was: then its models are made at once.
+    eager: bool,
     /// Weight of the gaps in the merit; only ever raised during a solve.
     gap_weight: f64,
 }
@@ -159,6 +161,7 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
             policies: vec![policy; knots],
             pattern: Pattern::with_capacity(NX, NU),
             regularization: 0.0,
+            eager: true,
             gap_weight: 0.0,
         })
     }
@@ -276,8 +279,6 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
             regularization: self.regularization,
             expected: 0.0,
         };
-        // Whether the full step is likely to be taken: then its models are made at once.
-        let mut eager = true;
         while report.iterations < options.iterations {
             if report.iterations > 0 && out_of_time() {
                 report.status = Status::OutOfTime;
@@ -310,7 +311,7 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
             let mut taken = None;
             for halving in 0..=options.halvings {
                 self.roll_out(robot, x0, alpha);
-                let expand = eager && halving == 0 && !last;
+                let expand = self.eager && halving == 0 && !last;
                 let new = self.trial.evaluate(self.dt, cost, constraints, expand);
                 let trial = new + self.gap_weight * (1.0 - alpha) * gap;
                 let model = alpha * linear + 0.5 * alpha * alpha * quadratic
@@ -333,10 +334,10 @@ impl<const NX: usize, const NU: usize> Solver<NX, NU> {
                     break;
                 }
                 self.regularization = (self.regularization * 10.0).max(least);
-                eager = false;
+                self.eager = false;
                 continue;
             };
-            eager = true;
+            self.eager = alpha == 1.0;
             // Short steps say that the model reaches less far than the step wants.
             self.regularization = if alpha < SHORT {
                 (self.regularization * 4.0).max(0.1 * self.mean_input_weight())

@@ -4,8 +4,8 @@ use crate::esdf;
 use crate::problem::{Instance, Outcome, Problem, ROW, Terms, U, X};
 use cpu_time::ThreadTime;
 use ddp_rbf::{
-    Barrier, BoxField, Braking, Constraint, Counts, DriveArm, Field, GridField, GuardParams, Mpc,
-    Options, Robot, SafetyLayer, SafetyParams,
+    Barrier, BoxField, Braking, Constraint, Counts, DriveArm, Field, GridField, GuardParams, LANES,
+    Lanes, Mpc, Options, Robot, SafetyLayer, SafetyParams,
 };
 
 /// Control period, s.
@@ -247,6 +247,18 @@ impl Field for Floored {
             (p[2], [0.0, 0.0, 1.0])
         } else {
             (d, g)
+        }
+    }
+
+    fn batch(&self, points: &[[Lanes; 3]], out: &mut [[Lanes; 4]]) {
+        self.0.batch(points, out);
+        for ([_, _, heights], [d, x, y, z]) in points.iter().zip(out) {
+            for lane in 0..LANES {
+                if heights[lane] < d[lane] {
+                    d[lane] = heights[lane];
+                    (x[lane], y[lane], z[lane]) = (0.0, 0.0, 1.0);
+                }
+            }
         }
     }
 }
