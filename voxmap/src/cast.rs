@@ -2,16 +2,8 @@
 
 use crate::geometry::{Cell, State};
 use crate::map::VoxelMap;
+use crate::steps::{END, Steps, along};
 use crate::walk::{Hit, UnknownPolicy};
-
-/// Time at which a ray ends. Crossings are times in whole numbers, so that many steps at once give the same bits as one at a
-/// time.
-const ONE: f64 = (1u64 << 52) as f64;
-/// Crossings after it do not count: a billionth of the ray, more than rounding can move a crossing in 2^22 cells. A ray that
-/// ends on the border of the map stays inside.
-const END: i64 = (1 << 52) - (1 << 22);
-/// Cells along the edge of a block.
-const BLOCK: i32 = 8;
 
 /// A ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,119 +12,6 @@ pub struct Ray {
     pub origin: [f64; 3],
     /// Direction; need not be unit.
     pub direction: [f64; 3],
-}
-
-/// Cells of a ray inside the map, in stored cells.
-struct Steps {
-    cell: Cell,
-    /// Time of the next crossing on each axis.
-    next: [i64; 3],
-    delta: [i64; 3],
-    step: Cell,
-    /// Steps left.
-    left: u32,
-}
-
-impl Steps {
-    /// From a point inside a map of `size` cells on a way that does not leave it; cell units.
-    #[inline]
-    fn new(from: [f64; 3], way: [f64; 3], size: [usize; 3]) -> Self {
-        let mut steps = Self {
-            cell: [0; 3],
-            next: [i64::MAX; 3],
-            delta: [0; 3],
-            step: [0; 3],
-            left: 0,
-        };
-        for a in 0..3 {
-            let top = size[a] as i32 - 1;
-            let first = (from[a] as i32).min(top);
-            steps.cell[a] = first;
-            if way[a] == 0.0 {
-                continue;
-            }
-            let up = way[a] > 0.0;
-            let behind = from[a] - f64::from(first);
-            let (border, room) = if up {
-                (1.0 - behind, top - first)
-            } else {
-                (behind, first)
-            };
-            let inverse = ONE / way[a].abs();
-            // Saturates for ways that are far below a cell.
-            let (next, delta) = ((border * inverse + 0.5) as i64, (inverse + 0.5) as i64);
-            if next <= END {
-                let crossings = (END - next) / delta + 1;
-                steps.left += crossings.min(i64::from(room)) as u32;
-            }
-            steps.next[a] = next;
-            steps.delta[a] = delta;
-            steps.step[a] = if up { 1 } else { -1 };
-        }
-        steps
-    }
-
-    /// One step; returns its axis. Ties go to the lower axis. Without branches: which axis is next is as good as random.
-    #[inline]
-    fn advance(&mut self) -> usize {
-        let first = self.next[0].min(self.next[1]).min(self.next[2]);
-        let x = self.next[0] == first;
-        let y = !x & (self.next[1] == first);
-        let z = !(x | y);
-        for (a, along) in [x, y, z].into_iter().enumerate() {
-            self.next[a] = self.next[a].saturating_add(self.delta[a] & -i64::from(along));
-            self.cell[a] += self.step[a] & -i32::from(along);
-        }
-        usize::from(y) + 2 * usize::from(z)
-    }
-
-    /// Leaves the block that the ray is in; false if it ends in there.
-    #[inline]
-    fn leave_block(&mut self) -> bool {
-        // Crossings until the block is left, and the time of the last of them.
-        let mut count = [0i64; 3];
-        let mut exit = [i64::MAX; 3];
-        for a in 0..3 {
-            if self.step[a] != 0 {
-                let inside = i64::from(self.cell[a] & (BLOCK - 1));
-                count[a] = if self.step[a] > 0 {
-                    i64::from(BLOCK) - inside
-                } else {
-                    inside + 1
-                };
-                exit[a] = self.next[a].saturating_add((count[a] - 1).saturating_mul(self.delta[a]));
-            }
-        }
-        let first = exit[0].min(exit[1]).min(exit[2]);
-        let axis = if exit[0] == first {
-            0
-        } else if exit[1] == first {
-            1
-        } else {
-            2
-        };
-        for a in 0..3 {
-            if a != axis {
-                // Crossings before that time; at that very time the lower axis goes first.
-                let until = first.saturating_sub(i64::from(a > axis));
-                count[a] = if self.step[a] == 0 || self.next[a] > until {
-                    0
-                } else {
-                    (until - self.next[a]) / self.delta[a] + 1
-                };
-            }
-        }
-        let all = count.iter().sum::<i64>();
-        if first == i64::MAX || all > i64::from(self.left) {
-            return false;
-        }
-        self.left -= all as u32;
-        for a in 0..3 {
-            self.next[a] = self.next[a].saturating_add(count[a].saturating_mul(self.delta[a]));
-            self.cell[a] += self.step[a] * count[a] as i32;
-        }
-        true
-    }
 }
 
 impl VoxelMap {
@@ -196,59 +75,102 @@ impl VoxelMap {
         hit
     }
 
+    /// By how much a step along each axis changes addresses of cells and of blocks.
+    fn strides(&self, steps: &Steps) -> ([i64; 3], [i64; 3]) {
+        let row = self.words as i64;
+        let lines = (self.size[1] as i64, self.size[1].div_ceil(8) as i64);
+        let [x, y, z] = steps.step;
+        (
+            [x, y * row * 64, z * row * 64 * lines.0],
+            [x, y * row * 8, z * row * 8 * lines.1],
+        )
+    }
+
+    /// The stored cell of an address.
+    fn cell_of(&self, address: i64) -> Cell {
+        // Maps have at most 2^30 cells; short divisions are quicker.
+        let (address, row) = (address as u32, self.words as u32 * 64);
+        let (line, lines) = (address / row, self.size[1] as u32);
+        [address % row, line % lines, line / lines].map(|c| c as i32)
+    }
+
     /// Looks at every cell. Returns whether the ray was stopped, and whether by an occupied cell.
     fn look(&self, steps: &mut Steps, policy: UnknownPolicy, unknown: &mut u32) -> (bool, bool) {
+        let (by_cell, _) = self.strides(steps);
+        let mut cells = steps.cells;
+        let mut address = self.inner(steps.cell) as i64;
+        let mut stopped = (false, false);
+        for left in (0..=steps.left).rev() {
+            let (word, bit) = (address as usize >> 6, address & 63);
+            if self.occupied[word] >> bit & 1 != 0 {
+                stopped = (true, true);
+                break;
+            }
+            let known = self.free[word] >> bit & 1 != 0;
+            *unknown += u32::from(!known);
+            if policy == UnknownPolicy::Stop && !known {
+                stopped = (true, false);
+                break;
+            }
+            if left > 0 {
+                let (_, axis) = cells.first();
+                cells.pass(axis);
+                address += along(axis, by_cell);
+            }
+        }
+        steps.cell = self.cell_of(address);
+        stopped
+    }
+
+    /// Goes to the first occupied cell, or to the end if there is none, and tells which. Blocks are crossed at one step each; the
+    /// cells of those that hold something are looked at one by one.
+    fn first_occupied(&self, steps: &mut Steps) -> bool {
+        if steps.tight {
+            return self.look(steps, UnknownPolicy::Ignore, &mut 0).1;
+        }
+        let (by_cell, by_block) = self.strides(steps);
+        let mut cells = steps.cells;
+        let mut address = self.inner(steps.cell) as i64;
+        let mut blocks = steps.blocks();
+        let mut block = self.block_of(steps.cell) as i64;
+        // Where the ray entered the block, if cells were not followed to there.
+        let mut entered = None;
         loop {
-            let address = self.inner(steps.cell);
-            if Self::bit(&self.occupied, address) {
-                return (true, true);
-            }
-            if !Self::bit(&self.free, address) {
-                *unknown += 1;
-                if policy == UnknownPolicy::Stop {
-                    return (true, false);
+            let (leaves, side) = blocks.first();
+            if self.blocks[block as usize] != 0 {
+                if let Some((time, axis)) = entered.take() {
+                    let cell;
+                    (cell, cells) = steps.after(time, axis);
+                    address = self.inner(cell) as i64;
                 }
+                loop {
+                    let found = Self::bit(&self.occupied, address as usize);
+                    let (time, axis) = cells.first();
+                    if found || time > END {
+                        steps.cell = self.cell_of(address);
+                        return found;
+                    }
+                    cells.pass(axis);
+                    address += along(axis, by_cell);
+                    if time == leaves && axis == side {
+                        break;
+                    }
+                }
+            } else if leaves > END {
+                (steps.cell, _) = steps.after(END, [0; 3]);
+                return false;
+            } else {
+                entered = Some((leaves, side));
             }
-            if steps.left == 0 {
-                return (false, false);
-            }
-            steps.left -= 1;
-            steps.advance();
+            blocks.pass(side);
+            block += along(side, by_block);
         }
     }
 
-    /// Goes to the first occupied cell, or to the end if there is none, and tells which.
-    fn first_occupied(&self, steps: &mut Steps) -> bool {
-        let grid = [self.words * 8, self.size[1].div_ceil(8)];
-        loop {
-            let [x, y, z] = steps.cell.map(|v| v as usize / 8);
-            if self.blocks[(z * grid[1] + y) * grid[0] + x] == 0 {
-                if steps.leave_block() {
-                    continue;
-                }
-                // It ends in an empty block.
-                while steps.left > 0 {
-                    steps.left -= 1;
-                    steps.advance();
-                }
-                return false;
-            }
-            loop {
-                if Self::bit(&self.occupied, self.inner(steps.cell)) {
-                    return true;
-                }
-                if steps.left == 0 {
-                    return false;
-                }
-                steps.left -= 1;
-                let axis = steps.advance();
-                // The first cell of a block, seen from where the ray comes from.
-                let entry = if steps.step[axis] > 0 { 0 } else { BLOCK - 1 };
-                if steps.cell[axis] & (BLOCK - 1) == entry {
-                    break;
-                }
-            }
-        }
+    /// Index of the block of a stored cell.
+    fn block_of(&self, cell: Cell) -> usize {
+        let [x, y, z] = cell.map(|v| v as usize / 8);
+        (z * self.size[1].div_ceil(8) + y) * self.words * 8 + x
     }
 
     /// [`cast`](Self::cast) for many rays of the same length.

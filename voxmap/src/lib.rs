@@ -34,6 +34,7 @@ mod regions;
 mod sensor;
 mod simd;
 mod snapshot;
+mod steps;
 mod store;
 mod traits;
 mod walk;
