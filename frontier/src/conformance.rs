@@ -1,5 +1,6 @@
 //! The laws of [`Map`] as a function that every implementor's tests call.
 
+use crate::Cell;
 use crate::map::{Map, inside, neighbours};
 
 /// Checks the laws over the whole map and one cell around it.
@@ -17,31 +18,42 @@ pub fn check(map: &impl Map) {
                 assert!(!(free && occupied), "{cell:?} is both free and occupied");
                 if !inside(cell, bounds) {
                     assert!(!free && !occupied, "{cell:?} is outside but known");
-                    continue;
                 }
-                let bit = |word: u64| word & 1 != 0;
-                let explore = free
-                    && neighbours(cell)
-                        .any(|n| inside(n, bounds) && !map.is_free(n) && !map.is_occupied(n));
-                assert_eq!(
-                    bit(map.exploration_word(cell)),
-                    explore,
-                    "exploration word at {cell:?}"
-                );
-                let beside = !free && !occupied && neighbours(cell).any(|n| map.is_free(n));
-                assert_eq!(
-                    bit(map.unknown_word(cell)),
-                    beside,
-                    "unknown word at {cell:?}"
-                );
-                let inspect =
-                    occupied && !map.is_inspected(cell) && neighbours(cell).any(|n| map.is_free(n));
-                assert_eq!(
-                    bit(map.inspection_word(cell)),
-                    inspect,
-                    "inspection word at {cell:?}"
-                );
             }
+            // Rows that begin before, at and within the map, and end within and beyond it.
+            for start in [-70, -1, 0, 1, 37, 64] {
+                for words in 1..4 {
+                    check_row(map, [low[0] + start, y, z], words);
+                }
+            }
+        }
+    }
+}
+
+/// The word methods against the single-cell ones.
+fn check_row(map: &impl Map, first: Cell, words: usize) {
+    let bounds = map.bounds();
+    let free = |n| map.is_free(n);
+    let unknown = |n| inside(n, bounds) && !map.is_free(n) && !map.is_occupied(n);
+    // What the words hold before must not matter.
+    let mut found = [vec![u64::MAX; words], vec![u64::MAX; words], vec![0; words]];
+    let [explore, beyond, inspect] = &mut found;
+    map.exploration_words(first, explore);
+    map.unknown_words(first, beyond);
+    map.inspection_words(first, inspect);
+    for i in 0..words * 64 {
+        let cell = [first[0] + i as i32, first[1], first[2]];
+        let is = [
+            free(cell) && neighbours(cell).any(unknown),
+            unknown(cell) && neighbours(cell).any(free),
+            map.is_occupied(cell) && !map.is_inspected(cell) && neighbours(cell).any(free),
+        ];
+        for (name, (found, is)) in ["exploration", "unknown", "inspection"]
+            .iter()
+            .zip(found.iter().zip(is))
+        {
+            let bit = found[i / 64] >> (i % 64) & 1 != 0;
+            assert_eq!(bit, is, "{name} words from {first:?} at {cell:?}");
         }
     }
 }

@@ -20,24 +20,28 @@ pub fn inspection(map: &impl Map, band: (i32, i32)) -> Vec<Cell> {
     scan(map, Kind::Inspection, Side::Free, band)
 }
 
-pub(crate) fn word_of(map: &impl Map, kind: Kind, side: Side, first: Cell) -> u64 {
+/// Frontier cells of a row from `first` along x.
+pub(crate) fn words_of(map: &impl Map, kind: Kind, side: Side, first: Cell, words: &mut [u64]) {
     match (kind, side) {
-        (Kind::Exploration, Side::Free) => map.exploration_word(first),
-        (Kind::Exploration, Side::Unknown) => map.unknown_word(first),
-        (Kind::Inspection, _) => map.inspection_word(first),
+        (Kind::Exploration, Side::Free) => map.exploration_words(first, words),
+        (Kind::Exploration, Side::Unknown) => map.unknown_words(first, words),
+        (Kind::Inspection, _) => map.inspection_words(first, words),
     }
 }
 
 fn scan(map: &impl Map, kind: Kind, side: Side, band: (i32, i32)) -> Vec<Cell> {
     let (low, high) = map.bounds();
     let mut cells = Vec::new();
+    let mut words = vec![0; ((high[0] - low[0]).max(0) as usize).div_ceil(64)];
     for z in low[2].max(band.0)..high[2].min(band.1) {
         for y in low[1]..high[1] {
-            for x in (low[0]..high[0]).step_by(64) {
-                let mut word = word_of(map, kind, side, [x, y, z]);
-                while word != 0 {
-                    cells.push([x + word.trailing_zeros() as i32, y, z]);
-                    word &= word - 1;
+            words_of(map, kind, side, [low[0], y, z], &mut words);
+            for (w, &word) in words.iter().enumerate() {
+                let mut bits = word;
+                while bits != 0 {
+                    let x = low[0] + (w * 64) as i32 + bits.trailing_zeros() as i32;
+                    cells.push([x, y, z]);
+                    bits &= bits - 1;
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! The frontier cells of one kind as bits, and which cluster owns each.
 
 use crate::cluster::Kind;
-use crate::detect::word_of;
+use crate::detect::words_of;
 use crate::map::Map;
 use crate::params::Side;
 use crate::{Cell, CellBox};
@@ -120,6 +120,7 @@ impl Layer {
         gained: &mut Vec<Cell>,
         lost: &mut Vec<Cell>,
     ) {
+        let mut row_now = vec![0; self.words];
         for (low, high) in boxes {
             // A cell's kind depends on its neighbours, so the box grows by one.
             let from = [0, 1, 2].map(|a| (low[a].saturating_sub(1)).max(self.low[a]));
@@ -135,10 +136,16 @@ impl Layer {
                     let row = ((z - self.low[2]) as usize * self.size[1]
                         + (y - self.low[1]) as usize)
                         * self.words;
-                    for w in first_word..=last_word {
-                        let x = self.low[0] + (w * 64) as i32;
-                        let now = word_of(map, self.kind, self.side, [x, y, z]);
-                        let before = std::mem::replace(&mut self.bits[row + w], now);
+                    let row_now = &mut row_now[..=last_word - first_word];
+                    let x = self.low[0] + (first_word * 64) as i32;
+                    words_of(map, self.kind, self.side, [x, y, z], row_now);
+                    let row_before = &mut self.bits[row + first_word..][..row_now.len()];
+                    for (w, (&now, before)) in row_now.iter().zip(row_before).enumerate() {
+                        if now == *before {
+                            continue;
+                        }
+                        let before = std::mem::replace(before, now);
+                        let x = x + (w * 64) as i32;
                         for (mut bits, list) in
                             [(now & !before, &mut *gained), (before & !now, &mut *lost)]
                         {

@@ -15,7 +15,7 @@ pub(crate) const FACES: [Cell; 6] = [
 /// A voxel map as this crate sees it.
 ///
 /// Laws: no cell is both free and occupied; a cell outside [`bounds`](Self::bounds) is neither; the word methods agree with
-/// the single-cell ones. [`conformance::check`](crate::conformance::check) tests them for your type.
+/// the single-cell ones, whatever the words held before. [`conformance::check`](crate::conformance::check) tests them for your type.
 pub trait Map {
     /// Half-open box `[low, high)` of the task volume. Cells outside are no frontier and make none.
     fn bounds(&self) -> (Cell, Cell);
@@ -27,32 +27,32 @@ pub trait Map {
     fn is_inspected(&self, _cell: Cell) -> bool {
         false
     }
-    /// Exploration frontier cells among the 64 cells from `first` along x, as bits: free with an unknown neighbour inside
-    /// the bounds. A map with bit planes overrides this.
-    fn exploration_word(&self, first: Cell) -> u64 {
-        word(first, self.bounds(), |cell| {
+    /// Exploration frontier cells of a row from `first` along x, 64 in each word as bits: free with an unknown neighbour
+    /// inside the bounds. A map with bit planes overrides this.
+    fn exploration_words(&self, first: Cell, words: &mut [u64]) {
+        fill(first, self.bounds(), words, |cell| {
             self.is_free(cell)
                 && neighbours(cell)
                     .any(|n| inside(n, self.bounds()) && !self.is_free(n) && !self.is_occupied(n))
-        })
+        });
     }
-    /// Unknown cells with a free neighbour among the 64 cells from `first` along x, as bits: the exploration frontier of
-    /// [`Side::Unknown`](crate::Side). A map with bit planes overrides this.
-    fn unknown_word(&self, first: Cell) -> u64 {
-        word(first, self.bounds(), |cell| {
+    /// Unknown cells with a free neighbour of a row from `first` along x, 64 in each word as bits: the exploration frontier
+    /// of [`Side::Unknown`](crate::Side). A map with bit planes overrides this.
+    fn unknown_words(&self, first: Cell, words: &mut [u64]) {
+        fill(first, self.bounds(), words, |cell| {
             !self.is_free(cell)
                 && !self.is_occupied(cell)
                 && neighbours(cell).any(|n| self.is_free(n))
-        })
+        });
     }
-    /// Inspection frontier cells among the 64 cells from `first` along x, as bits: occupied, not inspected, with a free
+    /// Inspection frontier cells of a row from `first` along x, 64 in each word as bits: occupied, not inspected, with a free
     /// neighbour.
-    fn inspection_word(&self, first: Cell) -> u64 {
-        word(first, self.bounds(), |cell| {
+    fn inspection_words(&self, first: Cell, words: &mut [u64]) {
+        fill(first, self.bounds(), words, |cell| {
             self.is_occupied(cell)
                 && !self.is_inspected(cell)
                 && neighbours(cell).any(|n| self.is_free(n))
-        })
+        });
     }
 }
 
@@ -69,14 +69,14 @@ impl<M: Map + ?Sized> Map for &M {
     fn is_inspected(&self, cell: Cell) -> bool {
         (**self).is_inspected(cell)
     }
-    fn exploration_word(&self, first: Cell) -> u64 {
-        (**self).exploration_word(first)
+    fn exploration_words(&self, first: Cell, words: &mut [u64]) {
+        (**self).exploration_words(first, words);
     }
-    fn unknown_word(&self, first: Cell) -> u64 {
-        (**self).unknown_word(first)
+    fn unknown_words(&self, first: Cell, words: &mut [u64]) {
+        (**self).unknown_words(first, words);
     }
-    fn inspection_word(&self, first: Cell) -> u64 {
-        (**self).inspection_word(first)
+    fn inspection_words(&self, first: Cell, words: &mut [u64]) {
+        (**self).inspection_words(first, words);
     }
 }
 
@@ -90,11 +90,14 @@ pub(crate) fn inside(cell: Cell, (low, high): (Cell, Cell)) -> bool {
     (0..3).all(|a| low[a] <= cell[a] && cell[a] < high[a])
 }
 
-fn word(first: Cell, bounds: (Cell, Cell), is: impl Fn(Cell) -> bool) -> u64 {
-    (0..64)
-        .filter(|&i| {
-            let cell = [first[0] + i, first[1], first[2]];
-            inside(cell, bounds) && is(cell)
-        })
-        .fold(0, |bits, i| bits | 1 << i)
+fn fill(first: Cell, bounds: (Cell, Cell), words: &mut [u64], is: impl Fn(Cell) -> bool) {
+    let [x, y, z] = first;
+    for (w, word) in words.iter_mut().enumerate() {
+        *word = (0..64)
+            .filter(|bit| {
+                let cell = [x + (w * 64) as i32 + bit, y, z];
+                inside(cell, bounds) && is(cell)
+            })
+            .fold(0, |bits, bit| bits | 1 << bit);
+    }
 }
