@@ -21,6 +21,7 @@ pub mod conformance;
 mod detect;
 mod fringe;
 pub mod grid;
+mod kmeans;
 mod layer;
 mod map;
 mod params;

@@ -1,10 +1,11 @@
 //! Clusters kept up to date while the map changes.
 
 use crate::cluster::{Cluster, Kind, direction};
+use crate::kmeans::kmeans;
 use crate::layer::{Layer, NONE};
 use crate::map::Map;
 use crate::params::{Error, Params, Split};
-use crate::split::{halve, kmeans};
+use crate::split::halve;
 use crate::{Cell, CellBox};
 use std::collections::BTreeMap;
 

@@ -5,7 +5,7 @@ mod common;
 
 use common::{Numbers, cells, map, random_map};
 use proptest::prelude::*;
-use voxmap::{Camera, Cell, Esdf, EsdfParams, Scan, State, VoxelMap};
+use voxmap::{Camera, Cell, Esdf, EsdfParams, Scan, SensorModel, State, VoxelMap};
 
 fn points(seed: u64, map: &VoxelMap, n: usize) -> Vec<[f32; 3]> {
     let mut numbers = Numbers(seed);
@@ -48,6 +48,22 @@ proptest! {
             prop_assert_eq!(all.is_occupied(cell), some.is_occupied(cell));
             prop_assert!(!some.is_free(cell) || all.is_free(cell));
         }
+    }
+
+    /// Rows of words agree with cells, also where rows fill their words, and in maps that have grown below cell 0.
+    #[test]
+    fn frontier_words_keep_the_laws(seed: u64, skip: bool) {
+        let mut numbers = Numbers(seed);
+        let length = [1.0, 63.0, 64.0, 65.0, 128.0, 131.0][numbers.below(6)];
+        let mut map = random_map(seed, [length, 4.0, 3.0], 0.4, 0.3);
+        map.skip_narrow_faces(skip);
+        frontier::conformance::check(&map);
+        let mut map = VoxelMap::growing(0.25, &SensorModel::default(), 1 << 20).unwrap();
+        let hits: Vec<[f32; 3]> = (0..20)
+            .map(|_| [40.0, 2.0, 1.0].map(|side| (side * (numbers.next() - 0.5)) as f32))
+            .collect();
+        map.insert(&Scan { origin: [0.0; 3], hits: &hits, max_range: 30.0, ..Scan::default() }).unwrap();
+        frontier::conformance::check(&map);
     }
 
     /// A face is to be inspected if it is open, the cell is thick enough, and the surface goes on around it; words of cells agree
