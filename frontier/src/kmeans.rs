@@ -40,7 +40,7 @@ pub(crate) fn kmeans(cells: &[Cell], params: &Params) -> Vec<Vec<Cell>> {
         let near = Buckets::new(&centers);
         let mut moved = false;
         for (slot, &p) in owner.iter_mut().zip(&points) {
-            let at = near.nearest(&centers, p, *slot);
+            let at = near.nearest(p, (square(p, centers[*slot]), *slot));
             moved |= *slot != at;
             *slot = at;
         }
@@ -74,10 +74,13 @@ fn seeds(points: &[[f64; 3]], middle: [f64; 3], k: usize) -> (Vec<[f64; 3]>, Vec
         let (far, at) = farthest.top();
         let seed = points[at];
         // No point is farther from its seed than this one, so a new seed changes nothing that is farther from it.
-        for bucket in buckets.within(seed, far) {
+        for bucket in buckets
+            .within(seed, far)
+            .flat_map(|(first, last)| first..=last)
+        {
             let mut changed = false;
-            for &i in buckets.members(bucket) {
-                let d = square(points[i], seed);
+            for &(i, p) in buckets.members(bucket) {
+                let d = square(p, seed);
                 if d < reach[i] {
                     (reach[i], owner[i]) = (d, seeds.len());
                     changed = true;
@@ -99,7 +102,8 @@ struct Buckets {
     size: [usize; 3],
     /// Where each bucket begins in `items`, and the end.
     starts: Vec<usize>,
-    items: Vec<usize>,
+    /// Index and place of each point.
+    items: Vec<(usize, [f64; 3])>,
 }
 
 /// Least edge of a bucket, cells.
@@ -127,7 +131,7 @@ impl Buckets {
             edge,
             size,
             starts: vec![0; size.iter().product::<usize>() + 1],
-            items: vec![0; points.len()],
+            items: vec![(0, [0.0; 3]); points.len()],
         };
         for p in points {
             let bucket = out.bucket(*p);
@@ -139,7 +143,7 @@ impl Buckets {
         let mut next = out.starts.clone();
         for (i, p) in points.iter().enumerate() {
             let slot = &mut next[out.bucket(*p)];
-            out.items[*slot] = i;
+            out.items[*slot] = (i, *p);
             *slot += 1;
         }
         out
@@ -156,32 +160,31 @@ impl Buckets {
         (z * self.size[1] + y) * self.size[0] + x
     }
 
-    fn members(&self, bucket: usize) -> &[usize] {
+    fn members(&self, bucket: usize) -> &[(usize, [f64; 3])] {
         &self.items[self.starts[bucket]..self.starts[bucket + 1]]
     }
 
-    /// Buckets that may hold points not farther from `p` than the root of `square`.
-    fn within(&self, p: [f64; 3], square: f64) -> impl Iterator<Item = usize> + use<'_> {
+    /// Rows of buckets, each as its first and last one, that may hold points not farther from `p` than the root of `square`.
+    fn within(&self, p: [f64; 3], square: f64) -> impl Iterator<Item = (usize, usize)> + use<> {
         // A hair more, for rounding.
         let radius = square.sqrt() + 1e-6;
-        let [x, y, z] =
-            [0, 1, 2].map(|a| self.along(a, p[a] - radius)..self.along(a, p[a] + radius) + 1);
+        let low = [0, 1, 2].map(|a| self.along(a, p[a] - radius));
+        let high = [0, 1, 2].map(|a| self.along(a, p[a] + radius));
         let size = self.size;
-        z.flat_map(move |z| {
-            let x = x.clone();
-            y.clone().flat_map(move |y| {
+        (low[2]..=high[2]).flat_map(move |z| {
+            (low[1]..=high[1]).map(move |y| {
                 let row = (z * size[1] + y) * size[0];
-                x.clone().map(move |x| row + x)
+                (row + low[0], row + high[0])
             })
         })
     }
 
-    /// Index of the nearest of the points, the lower one of equally near ones, given any of them that is not far.
-    fn nearest(&self, points: &[[f64; 3]], p: [f64; 3], known: usize) -> usize {
-        let mut best = (square(p, points[known]), known);
-        for bucket in self.within(p, best.0) {
-            for &i in self.members(bucket) {
-                let d = square(p, points[i]);
+    /// Index of the nearest of the points, the lower one of equally near ones, given how near any of them is.
+    fn nearest(&self, p: [f64; 3], known: (f64, usize)) -> usize {
+        let mut best = known;
+        for (first, last) in self.within(p, known.0) {
+            for &(i, at) in &self.items[self.starts[first]..self.starts[last + 1]] {
+                let d = square(p, at);
                 if d < best.0 || (d == best.0 && i < best.1) {
                     best = (d, i);
                 }
@@ -227,7 +230,7 @@ impl Farthest {
 
     fn of(buckets: &Buckets, bucket: usize, reach: &[f64]) -> (f64, usize) {
         let members = buckets.members(bucket).iter();
-        members.fold(Self::NOBODY, |best, &i| farther(best, (reach[i], i)))
+        members.fold(Self::NOBODY, |best, &(i, _)| farther(best, (reach[i], i)))
     }
 
     fn renew(&mut self, buckets: &Buckets, bucket: usize, reach: &[f64]) {
