@@ -23,26 +23,39 @@ pub fn check(map: &impl Map) {
             // Rows that begin before, at and within the map, and end within and beyond it.
             for start in [-70, -1, 0, 1, 37, 64] {
                 for words in 1..4 {
-                    check_row(map, [low[0] + start, y, z], words);
+                    check_rows(map, [low[0] + start, y, z], words, 1);
                 }
             }
+        }
+        // Several rows at once: all, and some that begin or end beyond the map.
+        let all = (high[1] - low[1]) as usize;
+        let words = ((high[0] - low[0]) as usize).div_ceil(64);
+        for (start, y, words, rows) in [
+            (0, 0, words, all),
+            (0, -1, words, all + 2),
+            (0, 1, words, all),
+            (0, 0, words + 1, all),
+            (5, 0, words, all),
+        ] {
+            check_rows(map, [low[0] + start, low[1] + y, z], words, rows);
         }
     }
 }
 
 /// The word methods against the single-cell ones.
-fn check_row(map: &impl Map, first: Cell, words: usize) {
+fn check_rows(map: &impl Map, first: Cell, row: usize, rows: usize) {
     let bounds = map.bounds();
     let free = |n| map.is_free(n);
     let unknown = |n| inside(n, bounds) && !map.is_free(n) && !map.is_occupied(n);
     // What the words hold before must not matter.
-    let mut found = [vec![u64::MAX; words], vec![u64::MAX; words], vec![0; words]];
+    let mut found = [u64::MAX, 0x5555, 0].map(|word| vec![word; row * rows]);
     let [explore, beyond, inspect] = &mut found;
-    map.exploration_words(first, explore);
-    map.unknown_words(first, beyond);
-    map.inspection_words(first, inspect);
-    for i in 0..words * 64 {
-        let cell = [first[0] + i as i32, first[1], first[2]];
+    map.exploration_words(first, row, explore);
+    map.unknown_words(first, row, beyond);
+    map.inspection_words(first, row, inspect);
+    for i in 0..row * rows * 64 {
+        let (x, y) = (i % (row * 64), i / (row * 64));
+        let cell = [first[0] + x as i32, first[1] + y as i32, first[2]];
         let is = [
             free(cell) && neighbours(cell).any(unknown),
             unknown(cell) && neighbours(cell).any(free),
@@ -53,7 +66,10 @@ fn check_row(map: &impl Map, first: Cell, words: usize) {
             .zip(found.iter().zip(is))
         {
             let bit = found[i / 64] >> (i % 64) & 1 != 0;
-            assert_eq!(bit, is, "{name} words from {first:?} at {cell:?}");
+            assert_eq!(
+                bit, is,
+                "{name} words, {row} a row from {first:?}, at {cell:?}"
+            );
         }
     }
 }

@@ -20,29 +20,36 @@ pub fn inspection(map: &impl Map, band: (i32, i32)) -> Vec<Cell> {
     scan(map, Kind::Inspection, Side::Free, band)
 }
 
-/// Frontier cells of a row from `first` along x.
-pub(crate) fn words_of(map: &impl Map, kind: Kind, side: Side, first: Cell, words: &mut [u64]) {
+/// Frontier cells in rows of words, as [`Map::exploration_words`] has them.
+pub(crate) fn words_of(
+    map: &impl Map,
+    kind: Kind,
+    side: Side,
+    first: Cell,
+    row: usize,
+    words: &mut [u64],
+) {
     match (kind, side) {
-        (Kind::Exploration, Side::Free) => map.exploration_words(first, words),
-        (Kind::Exploration, Side::Unknown) => map.unknown_words(first, words),
-        (Kind::Inspection, _) => map.inspection_words(first, words),
+        (Kind::Exploration, Side::Free) => map.exploration_words(first, row, words),
+        (Kind::Exploration, Side::Unknown) => map.unknown_words(first, row, words),
+        (Kind::Inspection, _) => map.inspection_words(first, row, words),
     }
 }
 
 fn scan(map: &impl Map, kind: Kind, side: Side, band: (i32, i32)) -> Vec<Cell> {
     let (low, high) = map.bounds();
     let mut cells = Vec::new();
-    let mut words = vec![0; ((high[0] - low[0]).max(0) as usize).div_ceil(64)];
+    let [nx, ny] = [0, 1].map(|a| (high[a] - low[a]).max(0) as usize);
+    let row = nx.div_ceil(64);
+    let mut words = vec![0; row * ny];
     for z in low[2].max(band.0)..high[2].min(band.1) {
-        for y in low[1]..high[1] {
-            words_of(map, kind, side, [low[0], y, z], &mut words);
-            for (w, &word) in words.iter().enumerate() {
-                let mut bits = word;
-                while bits != 0 {
-                    let x = low[0] + (w * 64) as i32 + bits.trailing_zeros() as i32;
-                    cells.push([x, y, z]);
-                    bits &= bits - 1;
-                }
+        words_of(map, kind, side, [low[0], low[1], z], row, &mut words);
+        for (i, &word) in words.iter().enumerate() {
+            let mut bits = word;
+            while bits != 0 {
+                let x = i % row * 64 + bits.trailing_zeros() as usize;
+                cells.push([low[0] + x as i32, low[1] + (i / row) as i32, z]);
+                bits &= bits - 1;
             }
         }
     }

@@ -120,7 +120,7 @@ impl Layer {
         gained: &mut Vec<Cell>,
         lost: &mut Vec<Cell>,
     ) {
-        let mut row_now = vec![0; self.words];
+        let mut now = Vec::new();
         for (low, high) in boxes {
             // A cell's kind depends on its neighbours, so the box grows by one.
             let from = [0, 1, 2].map(|a| (low[a].saturating_sub(1)).max(self.low[a]));
@@ -131,16 +131,16 @@ impl Layer {
             }
             let first_word = (from[0] - self.low[0]) as usize / 64;
             let last_word = (to[0] - 1 - self.low[0]) as usize / 64;
+            let row = last_word - first_word + 1;
+            now.resize(row * (to[1] - from[1]) as usize, 0);
+            let x = self.low[0] + (first_word * 64) as i32;
             for z in from[2].max(band.0)..to[2].min(band.1) {
-                for y in from[1]..to[1] {
-                    let row = ((z - self.low[2]) as usize * self.size[1]
-                        + (y - self.low[1]) as usize)
-                        * self.words;
-                    let row_now = &mut row_now[..=last_word - first_word];
-                    let x = self.low[0] + (first_word * 64) as i32;
-                    words_of(map, self.kind, self.side, [x, y, z], row_now);
-                    let row_before = &mut self.bits[row + first_word..][..row_now.len()];
-                    for (w, (&now, before)) in row_now.iter().zip(row_before).enumerate() {
+                words_of(map, self.kind, self.side, [x, from[1], z], row, &mut now);
+                for (y, now) in (from[1]..to[1]).zip(now.chunks(row)) {
+                    let line =
+                        (z - self.low[2]) as usize * self.size[1] + (y - self.low[1]) as usize;
+                    let before = &mut self.bits[line * self.words + first_word..][..row];
+                    for (w, (&now, before)) in now.iter().zip(before).enumerate() {
                         if now == *before {
                             continue;
                         }

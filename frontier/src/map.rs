@@ -27,28 +27,29 @@ pub trait Map {
     fn is_inspected(&self, _cell: Cell) -> bool {
         false
     }
-    /// Exploration frontier cells of a row from `first` along x, 64 in each word as bits: free with an unknown neighbour
-    /// inside the bounds. A map with bit planes overrides this.
-    fn exploration_words(&self, first: Cell, words: &mut [u64]) {
-        fill(first, self.bounds(), words, |cell| {
+    /// Exploration frontier cells, 64 along x in each word as bits: free with an unknown neighbour inside the bounds. The words
+    /// are those of rows of `row` words each, the first from `first` along x, each next one cell further along y. A map with
+    /// bit planes overrides this.
+    fn exploration_words(&self, first: Cell, row: usize, words: &mut [u64]) {
+        fill(first, self.bounds(), row, words, |cell| {
             self.is_free(cell)
                 && neighbours(cell)
                     .any(|n| inside(n, self.bounds()) && !self.is_free(n) && !self.is_occupied(n))
         });
     }
-    /// Unknown cells with a free neighbour of a row from `first` along x, 64 in each word as bits: the exploration frontier
-    /// of [`Side::Unknown`](crate::Side). A map with bit planes overrides this.
-    fn unknown_words(&self, first: Cell, words: &mut [u64]) {
-        fill(first, self.bounds(), words, |cell| {
+    /// Unknown cells with a free neighbour, the exploration frontier of [`Side::Unknown`](crate::Side), in words as those of
+    /// [`exploration_words`](Self::exploration_words). A map with bit planes overrides this.
+    fn unknown_words(&self, first: Cell, row: usize, words: &mut [u64]) {
+        fill(first, self.bounds(), row, words, |cell| {
             !self.is_free(cell)
                 && !self.is_occupied(cell)
                 && neighbours(cell).any(|n| self.is_free(n))
         });
     }
-    /// Inspection frontier cells of a row from `first` along x, 64 in each word as bits: occupied, not inspected, with a free
-    /// neighbour.
-    fn inspection_words(&self, first: Cell, words: &mut [u64]) {
-        fill(first, self.bounds(), words, |cell| {
+    /// Inspection frontier cells, occupied, not inspected, with a free neighbour, in words as those of
+    /// [`exploration_words`](Self::exploration_words).
+    fn inspection_words(&self, first: Cell, row: usize, words: &mut [u64]) {
+        fill(first, self.bounds(), row, words, |cell| {
             self.is_occupied(cell)
                 && !self.is_inspected(cell)
                 && neighbours(cell).any(|n| self.is_free(n))
@@ -69,14 +70,14 @@ impl<M: Map + ?Sized> Map for &M {
     fn is_inspected(&self, cell: Cell) -> bool {
         (**self).is_inspected(cell)
     }
-    fn exploration_words(&self, first: Cell, words: &mut [u64]) {
-        (**self).exploration_words(first, words);
+    fn exploration_words(&self, first: Cell, row: usize, words: &mut [u64]) {
+        (**self).exploration_words(first, row, words);
     }
-    fn unknown_words(&self, first: Cell, words: &mut [u64]) {
-        (**self).unknown_words(first, words);
+    fn unknown_words(&self, first: Cell, row: usize, words: &mut [u64]) {
+        (**self).unknown_words(first, row, words);
     }
-    fn inspection_words(&self, first: Cell, words: &mut [u64]) {
-        (**self).inspection_words(first, words);
+    fn inspection_words(&self, first: Cell, row: usize, words: &mut [u64]) {
+        (**self).inspection_words(first, row, words);
     }
 }
 
@@ -90,12 +91,19 @@ pub(crate) fn inside(cell: Cell, (low, high): (Cell, Cell)) -> bool {
     (0..3).all(|a| low[a] <= cell[a] && cell[a] < high[a])
 }
 
-fn fill(first: Cell, bounds: (Cell, Cell), words: &mut [u64], is: impl Fn(Cell) -> bool) {
+fn fill(
+    first: Cell,
+    bounds: (Cell, Cell),
+    row: usize,
+    words: &mut [u64],
+    is: impl Fn(Cell) -> bool,
+) {
     let [x, y, z] = first;
-    for (w, word) in words.iter_mut().enumerate() {
+    for (i, word) in words.iter_mut().enumerate() {
+        let (w, line) = (i % row.max(1), i / row.max(1));
         *word = (0..64)
             .filter(|bit| {
-                let cell = [x + (w * 64) as i32 + bit, y, z];
+                let cell = [x + (w * 64) as i32 + bit, y + line as i32, z];
                 inside(cell, bounds) && is(cell)
             })
             .fold(0, |bits, bit| bits | 1 << bit);

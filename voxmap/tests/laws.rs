@@ -107,7 +107,7 @@ proptest! {
             #[cfg(feature = "frontier")]
             {
                 let mut word = [0];
-                frontier::Map::inspection_words(&map, cell, &mut word);
+                frontier::Map::inspection_words(&map, cell, 1, &mut word);
                 let word = word[0];
                 prop_assert_eq!(word & 1 != 0, expected != 0, "word at {:?}", cell);
             }

@@ -1,30 +1,75 @@
 //! `frontier::Map` for [`VoxelMap`], row by row, 64 cells at a time.
 
 use crate::VoxelMap;
+use crate::simd::{self, Kernel};
 use frontier::{Cell, Map};
 
-/// Words of the rows around a row: first word of the row itself, and of those at -y, +y, -z, +z. At the map's faces the row
-/// stands in for its neighbour, which changes nothing: no cell is in two states.
-struct Rows {
-    own: usize,
-    beside: [usize; 4],
+/// Words of the map's planes at the same place of rows beside each other: of the row itself, -y, +y, -z, +z. At the map's faces
+/// the row stands in for its neighbour, which changes nothing: no cell is in two states.
+type Beside = [usize; 5];
+
+/// The second half of detection, over many words at once: what neighbours across y and z add to those along x, and which cells
+/// can be a frontier at all.
+struct Across<'a> {
+    map: &'a VoxelMap,
+    beside: Beside,
+    /// Whether the frontier's cells are the unknown ones, beside free ones; otherwise the other way round.
+    unknown: bool,
+    /// Cells with a neighbour along x.
+    words: &'a mut [u64],
 }
 
-impl VoxelMap {
-    /// Words of the rows around a row of stored cells.
-    #[inline]
-    fn rows(&self, y: usize, z: usize) -> Rows {
-        let own = self.word(0, y, z);
-        let (row, layer) = (self.words, self.words * self.size[1]);
-        Rows {
-            own,
-            beside: [
-                own - if y > 0 { row } else { 0 },
-                own + if y + 1 < self.size[1] { row } else { 0 },
-                own - if z > 0 { layer } else { 0 },
-                own + if z + 1 < self.size[2] { layer } else { 0 },
-            ],
+impl Kernel for Across<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let n = self.words.len();
+        let words = self.words;
+        let (free, occupied) = (&self.map.free[..], &self.map.occupied[..]);
+        let [own, a, b, c, d] = self.beside;
+        let [f, fa, fb, fc, fd] = [
+            &free[own..][..n],
+            &free[a..][..n],
+            &free[b..][..n],
+            &free[c..][..n],
+            &free[d..][..n],
+        ];
+        let o = &occupied[own..][..n];
+        if self.unknown {
+            for i in 0..n {
+                words[i] = !(f[i] | o[i]) & (words[i] | fa[i] | fb[i] | fc[i] | fd[i]);
+            }
+            return;
         }
+        let [oa, ob, oc, od] = [
+            &occupied[a..][..n],
+            &occupied[b..][..n],
+            &occupied[c..][..n],
+            &occupied[d..][..n],
+        ];
+        for i in 0..n {
+            let known = (fa[i] | oa[i]) & (fb[i] | ob[i]) & (fc[i] | oc[i]) & (fd[i] | od[i]);
+            words[i] = f[i] & (words[i] | !known);
+        }
+    }
+}
+
+/// Words for which it pays to ask what the processor can do.
+const MANY: usize = 16;
+
+impl VoxelMap {
+    /// Words at the place of word `w` of a row of stored cells, in it and in the rows around it.
+    fn beside(&self, w: usize, y: usize, z: usize) -> Beside {
+        let own = self.word(w, y, z);
+        let (row, layer) = (self.words, self.words * self.size[1]);
+        [
+            own,
+            own - if y > 0 { row } else { 0 },
+            own + if y + 1 < self.size[1] { row } else { 0 },
+            own - if z > 0 { layer } else { 0 },
+            own + if z + 1 < self.size[2] { layer } else { 0 },
+        ]
     }
 
     /// Bits of word `w` of a row that stand for cells of the map.
@@ -37,97 +82,117 @@ impl VoxelMap {
         }
     }
 
-    /// Unknown cells of word `w` of a row that begins at word `own`; none before and behind it.
-    #[inline]
-    fn unknown_in(&self, own: usize, w: usize) -> u64 {
-        if w < self.words {
-            !(self.free[own + w] | self.occupied[own + w]) & self.cells_of(w)
-        } else {
-            0
-        }
-    }
-
-    /// Free cells with an unknown neighbour inside the map, from word `from` of a row on.
-    fn exploration(&self, (y, z): (usize, usize), from: usize, words: &mut [u64]) {
-        let Rows { own, beside } = self.rows(y, z);
-        let mut before = self.unknown_in(own, from.wrapping_sub(1));
-        let mut here = self.unknown_in(own, from);
-        for (w, to) in (from..).zip(words) {
-            let after = self.unknown_in(own, w + 1);
-            let known = |row: usize| self.free[row + w] | self.occupied[row + w];
-            let [a, b, c, d] = beside;
-            let across = !(known(a) & known(b) & known(c) & known(d));
-            let along = here << 1 | here >> 1 | before >> 63 | after << 63;
-            *to = self.free[own + w] & (along | across);
-            (before, here) = (here, after);
-        }
-    }
-
-    /// Unknown cells with a free neighbour, from word `from` of a row on.
-    fn beyond(&self, (y, z): (usize, usize), from: usize, words: &mut [u64]) {
-        let Rows { own, beside } = self.rows(y, z);
-        let free = |row: usize, w: usize| {
-            if w < self.words {
-                self.free[row + w]
-            } else {
-                0
+    /// Exploration frontier cells on one side, in rows of `row` aligned words from word `from` of row (y, z) on, all inside
+    /// the map.
+    fn detect(
+        &self,
+        unknown: bool,
+        (y, z): (usize, usize),
+        from: usize,
+        row: usize,
+        words: &mut [u64],
+    ) {
+        // Cells beside one that makes a frontier, along x.
+        for (y, words) in (y..).zip(words.chunks_mut(row)) {
+            let own = self.word(0, y, z);
+            let source = |w: usize| {
+                if w >= self.words {
+                    0
+                } else if unknown {
+                    self.free[own + w]
+                } else {
+                    !(self.free[own + w] | self.occupied[own + w]) & self.cells_of(w)
+                }
+            };
+            let mut before = source(from.wrapping_sub(1));
+            let mut here = source(from);
+            for (w, to) in (from..).zip(words) {
+                let after = source(w + 1);
+                *to = (here << 1 | here >> 1 | before >> 63 | after << 63) & self.cells_of(w);
+                (before, here) = (here, after);
             }
-        };
-        let mut before = free(own, from.wrapping_sub(1));
-        let mut here = free(own, from);
-        for (w, to) in (from..).zip(words) {
-            let after = free(own, w + 1);
-            let [a, b, c, d] = beside;
-            let across = free(a, w) | free(b, w) | free(c, w) | free(d, w);
-            let along = here << 1 | here >> 1 | before >> 63 | after << 63;
-            *to = self.unknown_in(own, w) & (along | across);
-            (before, here) = (here, after);
+        }
+        // Whole rows follow each other; those at the map's faces have other neighbours.
+        let rows = words.len().div_ceil(row);
+        let mut done = 0;
+        while done < rows {
+            let at = y + done;
+            let inner = at > 0 && at + 1 < self.size[1] && row == self.words;
+            let run = if inner {
+                (rows - done).min(self.size[1] - 1 - at)
+            } else {
+                1
+            };
+            let end = words.len().min((done + run) * row);
+            let across = Across {
+                map: self,
+                beside: self.beside(from, at, z),
+                unknown,
+                words: &mut words[done * row..end],
+            };
+            if across.words.len() < MANY {
+                across.run();
+            } else {
+                simd::run(across);
+            }
+            done += run;
         }
     }
 
-    /// Occupied cells with a face that is open to free space and still to be inspected, from word `from` of a row on.
-    fn inspection(&self, (y, z): (usize, usize), from: usize, words: &mut [u64]) {
-        for (w, to) in (from..).zip(words) {
-            *to = self.open_word(w, y, z);
+    /// Occupied cells with a face that is open to free space and still to be inspected, in rows as those of `detect`.
+    fn inspect(&self, (y, z): (usize, usize), from: usize, row: usize, words: &mut [u64]) {
+        for (y, words) in (y..).zip(words.chunks_mut(row)) {
+            for (w, to) in (from..).zip(words) {
+                *to = self.open_word(w, y, z);
+            }
         }
     }
 
-    /// Fills words with cells of a predicate from cell `first` on; none outside the map. `row` gives aligned words inside it.
+    /// Fills rows of words with cells of a predicate from cell `first` on; none outside the map. `aligned` gives rows of
+    /// aligned words inside it.
     fn fill(
         &self,
         first: Cell,
+        row: usize,
         words: &mut [u64],
-        row: impl Fn(&Self, (usize, usize), usize, &mut [u64]),
+        aligned: impl Fn((usize, usize), usize, usize, &mut [u64]),
     ) {
-        let [x, y, z] = self.stored(first);
-        if y < 0 || z < 0 || y as usize >= self.size[1] || z as usize >= self.size[2] {
+        let [x, y, z] = self.stored(first).map(i64::from);
+        let (from, shift) = (x.div_euclid(64), x.rem_euclid(64));
+        if row == 0 {
             return words.fill(0);
         }
-        let at = (y as usize, z as usize);
-        let (from, shift) = (i64::from(x).div_euclid(64), x.rem_euclid(64));
-        let aligned = |from: i64, words: &mut [u64]| {
-            let (count, last) = (words.len() as i64, self.words as i64);
-            if from >= 0 && from + count <= last {
-                return row(self, at, from as usize, words);
-            }
-            words.fill(0);
-            // What lies inside the map.
-            let start = (-from).clamp(0, count);
-            let end = (last - from).clamp(start, count);
-            if start < end {
-                let inside = &mut words[start as usize..end as usize];
-                row(self, at, (from + start) as usize, inside);
-            }
-        };
-        if shift == 0 {
-            return aligned(from, words);
+        let rows = words.len().div_ceil(row) as i64;
+        let size = self.size.map(|n| n as i64);
+        let fits = from >= 0 && from + row as i64 <= self.words as i64 && shift == 0;
+        if fits && y >= 0 && y + rows <= size[1] && z >= 0 && z < size[2] {
+            return aligned((y as usize, z as usize), from as usize, row, words);
         }
-        let mut buffer = [0; 9];
-        for (chunk, from) in words.chunks_mut(8).zip((from..).step_by(8)) {
-            let buffer = &mut buffer[..=chunk.len()];
-            aligned(from, buffer);
-            for (pair, to) in buffer.windows(2).zip(chunk) {
-                *to = pair[0] >> shift | pair[1] << (64 - shift);
+        words.fill(0);
+        if z < 0 || z >= size[2] {
+            return;
+        }
+        // Row by row: those words that lie inside the map, shifted by less than one.
+        let mut inside = vec![0; row + 1];
+        for (y, words) in (y..).zip(words.chunks_mut(row)) {
+            if y < 0 || y >= size[1] {
+                continue;
+            }
+            let start = (-from).clamp(0, row as i64 + 1);
+            let end = (self.words as i64 - from).clamp(start, row as i64 + 1);
+            let (start, end) = (start as usize, end as usize);
+            if start == end {
+                continue;
+            }
+            let at = (y as usize, z as usize);
+            let part = &mut inside[start..end];
+            aligned(at, (from + start as i64) as usize, end - start, part);
+            for (pair, to) in inside.windows(2).zip(words) {
+                *to = if shift == 0 {
+                    pair[0]
+                } else {
+                    pair[0] >> shift | pair[1] << (64 - shift)
+                };
             }
         }
     }
@@ -148,13 +213,19 @@ impl Map for VoxelMap {
         // What is narrow and left out need not have been seen.
         self.exposed_faces(cell) != 0 && self.open_faces(cell) == 0
     }
-    fn exploration_words(&self, first: Cell, words: &mut [u64]) {
-        self.fill(first, words, Self::exploration);
+    fn exploration_words(&self, first: Cell, row: usize, words: &mut [u64]) {
+        self.fill(first, row, words, |at, from, row, words| {
+            self.detect(false, at, from, row, words);
+        });
     }
-    fn unknown_words(&self, first: Cell, words: &mut [u64]) {
-        self.fill(first, words, Self::beyond);
+    fn unknown_words(&self, first: Cell, row: usize, words: &mut [u64]) {
+        self.fill(first, row, words, |at, from, row, words| {
+            self.detect(true, at, from, row, words);
+        });
     }
-    fn inspection_words(&self, first: Cell, words: &mut [u64]) {
-        self.fill(first, words, Self::inspection);
+    fn inspection_words(&self, first: Cell, row: usize, words: &mut [u64]) {
+        self.fill(first, row, words, |at, from, row, words| {
+            self.inspect(at, from, row, words);
+        });
     }
 }
