@@ -74,7 +74,8 @@ fn demo() -> std::io::Result<PathBuf> {
 
 fn build(folder: &Path, cell_size: f64) -> Result<VoxelMap, Box<dyn std::error::Error>> {
     let mut map = VoxelMap::growing(cell_size, &SensorModel::default(), 1 << 27)?;
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)?
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
+        .map_err(|e| format!("{}: {e}", folder.display()))?
         .filter_map(|e| Some(e.ok()?.path()))
         .collect();
     files.sort();

@@ -49,11 +49,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(path) => PathBuf::from(path),
         None => demo(folder)?,
     };
-    let info = GridInfo::read(&std::fs::read_to_string(&yaml)?)
-        .map_err(|e| format!("{}: {e}", yaml.display()))?;
+    let named = |path: &Path, e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    let text = std::fs::read_to_string(&yaml).map_err(|e| named(&yaml, &e))?;
+    let info = GridInfo::read(&text).map_err(|e| named(&yaml, &e))?;
     let image = yaml.parent().unwrap_or(Path::new(".")).join(&info.image);
-    let pixels =
-        read_pgm(&std::fs::read(&image)?).map_err(|e| format!("{}: {e}", image.display()))?;
+    let bytes = std::fs::read(&image).map_err(|e| named(&image, &e))?;
+    let pixels = read_pgm(&bytes).map_err(|e| named(&image, &e))?;
     let map = info.cost_map(&pixels)?;
     let free = map.free_count() as f64 * map.cell_size().powi(2);
     println!(

@@ -35,7 +35,7 @@ fn write(dir: &Path) -> Result<(), Failure> {
 }
 
 fn read(file: &Path, out: &Path) -> Result<(), Failure> {
-    let bytes = std::fs::read(file)?;
+    let bytes = std::fs::read(file).map_err(|e| format!("{}: {e}", file.display()))?;
     let binary = bytes.starts_with(b"# Octomap OcTree binary");
     let tree = if binary {
         OcTree::read_bt(&bytes)?

@@ -33,7 +33,7 @@ fn demo() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let bytes = match words.first() {
-        Some(file) => std::fs::read(file)?,
+        Some(file) => std::fs::read(file).map_err(|e| format!("{file}: {e}"))?,
         None => demo()?,
     };
     let tree = if bytes.starts_with(b"# Octomap OcTree binary") {
