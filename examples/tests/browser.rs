@@ -7,6 +7,7 @@
     clippy::disallowed_methods
 )]
 
+mod bench_support;
 mod browser_support;
 
 use browser_support::Browser;
@@ -216,5 +217,64 @@ fn a_report_of_flap_shows_every_look() {
     drawn(&browser);
     let left = pixels(&browser, green);
     assert!(seen > 100.0 && left < 0.7 * seen, "{left} of {seen}");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn the_page_of_a_campaign_leads_to_its_trials() {
+    let Some(browser) = browser() else { return };
+    let out = folder("browser-bench");
+    bench_support::campaign(&out);
+    let page = out.join(REPORT_FILE);
+    browser.open(&page);
+    let count = |what: &str| {
+        browser.number(&format!(
+            "return document.querySelectorAll('{what}').length"
+        ))
+    };
+    // Eight planners on the known map, twice, and ten with walls alone; ratios of all but greedy.
+    let planners = 8.0 + 8.0 + 10.0;
+    let seeds = bench_support::SEEDS as f64;
+    assert_eq!(count("h2"), 3.0);
+    assert_eq!(count("svg rect"), planners + planners - 3.0);
+    assert_eq!(count("svg circle"), seeds * (planners + planners - 3.0));
+    assert_eq!(count("details td a"), seeds * planners);
+    // Names and medians do not run into each other, and nothing leaves its plot.
+    let bad = browser.number(
+        "let bad = 0;
+         for (const svg of document.querySelectorAll('svg')) {
+           const edge = svg.getBoundingClientRect();
+           const names = [...svg.querySelectorAll('text[paint-order]')].map((t) => t.getBoundingClientRect());
+           for (let k = 0; k < names.length; k += 2) if (names[k].right > names[k + 1].left) bad++;
+           for (const e of svg.querySelectorAll('text, circle, rect')) {
+             const r = e.getBoundingClientRect();
+             if (r.left < edge.left || r.right > edge.right || r.top < edge.top - 1 || r.bottom > edge.bottom + 1) bad++;
+           }
+         }
+         return bad",
+    );
+    assert_eq!(bad, 0.0);
+    // A phone: what is too wide scrolls within its frame.
+    browser.resize(390, 844);
+    browser.wait("return innerWidth < 520");
+    let over = browser.number(
+        "return document.scrollingElement.scrollWidth - document.documentElement.clientWidth",
+    );
+    assert_eq!(over, 0.0);
+    assert_eq!(
+        browser.number("return performance.getEntriesByType('resource').length"),
+        0.0
+    );
+    // A trial's value opens its result.
+    browser.click("summary");
+    browser.click("details td a");
+    browser.wait("return location.href.endsWith('/trials/offline-known.greedy.seed01.json')");
+    assert!(
+        browser
+            .run("return document.body.innerText")
+            .as_str()
+            .unwrap()
+            .contains("expected_time_s")
+    );
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }

@@ -1,6 +1,8 @@
 //! FLAP end to end on the embedded race scene, and what it refuses.
 #![allow(missing_docs, clippy::unwrap_used)]
 
+mod bench_support;
+
 use seekplan::bench::{self, Campaign, Suite, Trial};
 use seekplan::flap::{FlapError, FlapSettings, MapKind, PlannerKind, Site, ViewsKind, run, run_at};
 use seekplan::scene::Scene;
@@ -297,6 +299,49 @@ fn campaigns_are_split_resumed_and_reported() {
     )
     .unwrap();
     assert!(stopped.interrupted && ran() == 0);
+    std::fs::remove_dir_all(out).unwrap();
+}
+
+/// The page of a campaign: the table's figures, and each trial twice or more as a link to a file that is there.
+#[test]
+fn a_campaign_leaves_a_page_that_leads_to_every_trial() {
+    let out = std::env::temp_dir().join(format!("seekplan-page-{}", std::process::id()));
+    let report = bench_support::campaign(&out);
+    let suite = bench::suite("flap-figure6", Some(bench_support::SEEDS)).unwrap();
+    let names: Vec<_> = report
+        .files
+        .iter()
+        .map(|f| f.file_name().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        ["table.md", "trials.csv", "figure6.svg", "report.html"]
+    );
+    let page = std::fs::read_to_string(&report.files[3]).unwrap();
+    for trial in suite.trials() {
+        // A mark and a cell for its time; one more mark for its ratio, which greedy has not.
+        let file = format!("trials/{}.json", trial.name);
+        let links = page.matches(&format!(r#"<a href="{file}""#)).count();
+        let greedy = trial.name.contains(".greedy.");
+        assert_eq!(links, if greedy { 2 } else { 3 }, "{file}");
+        assert!(out.join(&file).is_file());
+    }
+    let written = std::fs::read_to_string(&report.files[0]).unwrap();
+    let rows = written.lines().filter(|l| l.starts_with("| "));
+    let cells = rows.filter(|l| !l.contains("---")).map(|line| {
+        let cells = line.trim_matches(['|', ' ']).split(" | ");
+        cells.map(str::to_owned).collect::<Vec<_>>()
+    });
+    for cells in cells {
+        let tag = if cells[0] == "planner" { "th" } else { "td" };
+        let row: String = cells
+            .iter()
+            .map(|c| format!("<{tag}>{c}</{tag}>"))
+            .collect();
+        assert!(page.contains(&row), "{row}");
+    }
+    // Greedy's trials of the first experiment take 100 s and 126 s (and what planning adds): the median lies between.
+    assert!(page.contains(">median 113.0<"), "{page}");
     std::fs::remove_dir_all(out).unwrap();
 }
 

@@ -3,7 +3,9 @@
 
 use super::campaign::{Suite, Trial};
 use super::chart::{Bar, bars};
+use super::page::{Mark, Plot, Section, page};
 use crate::flap::{FlapResult, FlapSettings, MapKind, PlannerKind, Site, run_at};
+use crate::record::REPORT_FILE;
 use crate::scene::Scene;
 use std::fmt::Write;
 use std::sync::atomic::AtomicBool;
@@ -112,6 +114,39 @@ impl Figure6 {
         walls * self.seeds + seed
     }
 
+    /// Name of a trial.
+    fn name(&self, row: usize, seed: usize) -> String {
+        let row = &self.rows[row];
+        let (key, _) = EXPERIMENTS[row.experiment];
+        format!("{key}.{}.seed{:02}", row.name, seed + 1)
+    }
+
+    /// One value of each trial of some rows, as a plot.
+    fn plot(
+        &self,
+        title: &str,
+        digits: usize,
+        reference: Option<f64>,
+        rows: &[usize],
+        value: &dyn Fn(usize, usize) -> f64,
+    ) -> Plot {
+        let mark = |row, seed| Mark {
+            value: value(row, seed),
+            label: format!("seed {}", seed + 1),
+            file: format!("trials/{}.json", self.name(row, seed)),
+        };
+        let marks = |row| (0..self.seeds).map(|seed| mark(row, seed)).collect();
+        Plot {
+            title: title.into(),
+            digits,
+            reference,
+            rows: rows
+                .iter()
+                .map(|&row| (self.rows[row].name.into(), marks(row)))
+                .collect(),
+        }
+    }
+
     /// Row and seed of each trial, group by group.
     fn order(&self) -> Vec<(usize, usize)> {
         let mut all: Vec<(usize, usize)> = (0..self.rows.len())
@@ -127,12 +162,7 @@ impl Suite for Figure6 {
         self.order()
             .into_iter()
             .map(|(row, seed)| Trial {
-                name: format!(
-                    "{}.{}.seed{:02}",
-                    EXPERIMENTS[self.rows[row].experiment].0,
-                    self.rows[row].name,
-                    seed + 1
-                ),
+                name: self.name(row, seed),
                 group: self.group_of(row, seed),
             })
             .collect()
@@ -180,7 +210,7 @@ impl Suite for Figure6 {
         let mut csv = String::from(
             "experiment,planner,seed,ended,expected_time_s,expected_planning_s,ratio_to_greedy,execution_time_s,sensing_actions,probability,plan_ms_median,first_plan_s\n",
         );
-        let mut groups = Vec::new();
+        let (mut groups, mut sections) = (Vec::new(), Vec::new());
         for (experiment, (key, title)) in EXPERIMENTS.iter().enumerate() {
             let mut lines = vec![HEADINGS.map(String::from)];
             let rows: Vec<usize> = (0..self.rows.len())
@@ -240,6 +270,28 @@ impl Suite for Figure6 {
             let _ = writeln!(table, "{heading}\n{}", plain(&lines));
             let _ = writeln!(markdown, "**{heading}**\n\n{}", marked(&lines));
             groups.push((String::from(*title), chart));
+            let seconds = |row: usize, seed: usize| total(&by_row[row][seed]);
+            let ratio = |row, seed| seconds(row, seed) / seconds(rows[0], seed);
+            sections.push(Section {
+                title: heading,
+                table: lines.iter().map(|line| line.to_vec()).collect(),
+                plots: vec![
+                    self.plot(
+                        "expected execution and planning, s",
+                        1,
+                        None,
+                        &rows,
+                        &seconds,
+                    ),
+                    self.plot(
+                        "the same over greedy's, trial by trial",
+                        3,
+                        Some(1.0),
+                        &rows[1..],
+                        &ratio,
+                    ),
+                ],
+            });
         }
         let once: Vec<&Vec<FlapResult>> = [MapKind::Known, MapKind::Walls]
             .iter()
@@ -266,17 +318,28 @@ impl Suite for Figure6 {
         );
         table.push_str(&notes);
         markdown.push_str(&notes);
-        let svg = bars("FLAP, figure 6: expected time of search", &groups);
+        let svg = bars(TITLE, &groups);
+        let mut paragraphs: Vec<String> = notes.lines().map(String::from).collect();
+        paragraphs.push(MARKS.into());
+        let html = page(TITLE, &paragraphs, &sections);
         Ok((
             table.clone(),
             vec![
                 ("table.md".into(), markdown),
                 ("trials.csv".into(), csv),
                 ("figure6.svg".into(), svg),
+                (REPORT_FILE.into(), html),
             ],
         ))
     }
 }
+
+const TITLE: &str = "FLAP, figure 6: expected time of search";
+
+/// How to read the page's plots.
+const MARKS: &str = "Boxes: median and quartiles, with whiskers to the farthest trial within 1.5 of the box's width. Every mark is \
+    a trial and opens its result. The settings in a result, saved as a TOML file, repeat the trial with a report of its own: \
+    seekplan flap --config FILE --out DIR.";
 
 const HEADINGS: [&str; 8] = [
     "planner",

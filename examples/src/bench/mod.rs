@@ -6,6 +6,7 @@
 mod campaign;
 mod chart;
 mod flap;
+mod page;
 
 pub use campaign::{BenchError, Campaign, Report, Suite, Trial, parse_shard, run};
 pub use flap::Figure6;

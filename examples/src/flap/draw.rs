@@ -1,7 +1,7 @@
 //! `topdown.svg` of a FLAP search: the views in the order taken, and the cumulative probability of success over time.
 
 use super::search::Outcome;
-use crate::record::Ground;
+use crate::record::{Ground, escaped};
 use crate::scene::TargetVolume;
 use std::fmt::Write;
 
@@ -208,10 +208,4 @@ fn nice(v: f64) -> f64 {
         .map(|f| f * ten)
         .find(|f| *f >= v * (1.0 - 1e-9))
         .unwrap_or(10.0 * ten)
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }

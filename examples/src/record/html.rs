@@ -5,7 +5,7 @@ use super::event::{Begin, DecisionEvent, Event, LookEvent, PlanEvent, PoseEvent,
 use super::pack::{Pack, Table};
 use super::recorder::Recorder;
 use super::write_file;
-use super::{WriteError, round};
+use super::{WriteError, escaped, round};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -372,10 +372,7 @@ impl Html {
 pub(super) fn page(template: &str, title: &str, scripts: &[&str], data: &Value) -> String {
     // Inside a script element nothing but `<` can end it.
     let data = data.to_string().replace('<', "\\u003c");
-    let title = title
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;");
+    let title = escaped(title);
     let mut out = String::with_capacity(template.len() + data.len() + (1 << 16));
     let mut rest = template;
     while let Some((before, after)) = rest.split_once("{{") {

@@ -299,7 +299,7 @@ fn legend(svg: &mut String, caption: &str, end: f64, top: f64, width: f64) {
         svg,
         r##"<text x="{BORDER}" y="{:.1}" font-size="16" fill="#111827">{}</text>"##,
         top + 14.0,
-        caption.replace('&', "&amp;").replace('<', "&lt;")
+        super::escaped(caption)
     );
     let bar = (width - 2.0 * BORDER).min(260.0);
     for i in 0..52 {

@@ -440,15 +440,17 @@ function drawMap() {
 function drawArm() {
   const box = prepare($('arm')), pose = poseAt(now);
   if (!box || !pose) return;
-  const { c, w, h } = box, floor = h - 18, scale = Math.min((floor - 10) / 2.0, w / 4.6);
+  const { c, w, h } = box, floor = h - 18;
+  // The arm at full stretch, with the field of view, stays within its panel.
+  const left = 30, half = (w - left) / 4, scale = Math.min((floor - 10) / 2.0, half / 1.42);
   const panel = (middle, axis, mirrored, label) => {
     const at = (p) => [middle + (mirrored ? -1 : 1) * p[axis] * scale, floor - p[2] * scale];
     c.textAlign = 'center'; c.fillStyle = '#4b5563'; c.fillText(label, middle, h - 4);
     c.strokeStyle = '#e5e7eb'; c.lineWidth = 1;
     for (const z of [0, 0.5, 1, 1.5, 2]) {
       const y = floor - z * scale;
-      c.beginPath(); c.moveTo(middle - 0.95 * scale, y); c.lineTo(middle + 0.95 * scale, y); c.stroke();
-      if (axis === 0) { c.textAlign = 'right'; c.fillStyle = '#6b7280'; c.fillText(z ? `${fixed(z)}` : '0 m', middle - 0.97 * scale, y + 4); }
+      c.beginPath(); c.moveTo(middle - half + 4, y); c.lineTo(middle + half - 4, y); c.stroke();
+      if (axis === 0) { c.textAlign = 'right'; c.fillStyle = '#6b7280'; c.fillText(z ? `${fixed(z)}` : '0 m', middle - half, y + 4); }
     }
     const [low, high] = begin.robot.base, a = at([low[0], low[1], low[2]]), b = at([high[0], high[1], high[2]]);
     c.fillStyle = '#475569'; c.fillRect(Math.min(a[0], b[0]), b[1], Math.abs(b[0] - a[0]), a[1] - b[1]);
@@ -463,7 +465,7 @@ function drawArm() {
     // The camera's field of view, turned into the frame of the base.
     const yaw = pose.base[2], lens = pose.arm[pose.arm.length - 1], [hf, vf] = begin.robot.camera;
     const rays = [[-hf, -vf], [hf, -vf], [hf, vf], [-hf, vf]].map(([x, y]) => {
-      const d = rotate(pose.view.q, [0.45 * x, 0.45 * y, 0.45]);
+      const d = rotate(pose.view.q, [0.35 * x, 0.35 * y, 0.35]);
       return at([lens[0] + Math.cos(yaw) * d[0] + Math.sin(yaw) * d[1], lens[1] - Math.sin(yaw) * d[0] + Math.cos(yaw) * d[1], lens[2] + d[2]]);
     });
     const shape = hull([at(lens), ...rays]);
@@ -471,8 +473,8 @@ function drawArm() {
     c.fillStyle = 'rgba(37, 99, 235, .18)'; c.fill(); c.strokeStyle = '#2563eb'; c.lineWidth = 1; c.stroke();
     c.beginPath(); c.arc(...at(lens), 0.045 * scale, 0, 7); c.fillStyle = '#1d4ed8'; c.fill();
   };
-  panel(w * 0.3, 0, false, 'from the right (front is to the right)');
-  panel(w * 0.77, 1, true, 'from behind');
+  panel(left + half, 0, false, 'from the right, front \u2192');
+  panel(left + 3 * half, 1, true, 'from behind');
 }
 
 // ---------------------------------------------------------------- plots
@@ -614,22 +616,26 @@ function readout() {
   $('clock').textContent = `${fixed(now)} of ${fixed(end)} s`;
   slider.setAttribute('aria-valuetext', `${fixed(now)} seconds`);
 }
+function draw() {
+  drawMap(); drawMarks();
+  if (flap) { drawSuccess(); drawVolumes(); } else { drawArm(); drawCoverage(); drawStages(); }
+}
 let due = false;
 function redraw() {
   if (due) return;
   due = true;
   requestAnimationFrame(() => {
     due = false;
-    drawMap(); readout(); drawMarks();
-    if (flap) { drawSuccess(); drawVolumes(); } else { drawArm(); drawCoverage(); drawStages(); }
+    readout(); draw();
     document.body.dataset.time = fixed(now, 2);
   });
 }
 words();
 // `#t=12.5` opens at a moment.
 const wanted = /[#&]t=([\d.]+)/.exec(location.hash);
-new ResizeObserver(() => { if (camera.fitted) fit(); else redraw(); }).observe(map);
-for (const canvas of [$('arm'), $('plot'), $('second'), $('marks')]) new ResizeObserver(redraw).observe(canvas);
+// At once: by the next frame the browser would have shown the old picture stretched to the new size.
+const sizes = new ResizeObserver(() => { if (camera.fitted) fit(); draw(); });
+for (const canvas of [map, $('arm'), $('plot'), $('second'), $('marks')]) sizes.observe(canvas);
 seek(wanted ? Number(wanted[1]) : end);
 fit();
 })();
