@@ -53,6 +53,25 @@ fn is_ours(name: &str) -> bool {
     ALGORITHMS.contains(&name) || PROVIDERS.contains(&name) || name == "seekplan"
 }
 
+/// What the README shows of a map, a robot and a planner of one's own is compiled: each block stands in an example.
+#[test]
+fn the_code_in_the_readme_is_that_of_the_examples() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let programs: Vec<String> = std::fs::read_dir(root().join("examples/examples"))
+        .unwrap()
+        .map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap())
+        .collect();
+    let blocks: Vec<&str> = readme
+        .split("```rust\n")
+        .skip(1)
+        .map(|rest| rest.split("\n```").next().unwrap())
+        .collect();
+    assert_eq!(blocks.len(), 3, "a map, a robot, a planner");
+    for block in blocks {
+        assert!(programs.iter().any(|p| p.contains(block)), "{block}");
+    }
+}
+
 #[test]
 fn algorithm_crates_know_no_crate_of_the_workspace() {
     let all = packages();

@@ -79,7 +79,8 @@ impl Open {
     }
 }
 
-/// Writes `trace.mcap`: profile `ros2`, messages as CDR. Holds one chunk, the voxel states and the tags.
+/// Writes `trace.mcap`: profile `ros2`, messages as CDR, chunks compressed by zstd (feature `zstd`, on by default). Holds one
+/// chunk, the voxel states and the tags.
 ///
 /// | topic | type | what |
 /// | --- | --- | --- |
@@ -138,6 +139,11 @@ impl Trace {
             .profile("ros2")
             .library(concat!("seekplan ", env!("CARGO_PKG_VERSION")))
             .compression(None);
+        // One thread: the bytes of a file must not depend on how many cores wrote it.
+        #[cfg(feature = "zstd")]
+        let options = options
+            .compression(Some(mcap::Compression::Zstd))
+            .compression_threads(0);
         let writer = options
             .create(BufWriter::new(file))
             .map_err(std::io::Error::other)?;
