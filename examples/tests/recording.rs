@@ -253,10 +253,31 @@ fn stills_show_the_run_at_their_moment() {
     };
     let mut recorder = JsonLines::new(&out);
     let never = AtomicBool::new(false);
-    flap::run_recorded(&scene, &settings, &never, &mut |_| {}, &mut recorder).unwrap();
+    let outcome =
+        flap::run_recorded(&scene, &settings, &never, &mut |_| {}, &mut recorder).unwrap();
     recorder.finish().unwrap();
+    let steps = &outcome.result.steps;
+    assert!(steps.len() > 2);
+    let looks = |picture: &str| picture.matches(r#"r="10""#).count();
+    let whole = still(&out, None).unwrap();
+    assert_eq!(looks(&whole), steps.len());
+    let expected = outcome.result.expected_time_s;
+    assert!(whole.contains(&format!("expected time so far {expected:.1} s")));
+    // A look counts from the moment it was taken.
+    assert_eq!(looks(&still(&out, Some(0.0)).unwrap()), 0);
+    let second = still(&out, Some(steps[1].time_s + 0.01)).unwrap();
+    assert_eq!(looks(&second), 2);
+    let success = 100.0 * steps[1].probability;
+    assert!(second.contains(&format!("2 sensing actions, success {success:.1} %")));
+    assert!(second.starts_with("<svg") && second.ends_with("</svg>\n"));
+
+    // Of what nobody knows there is no picture.
+    let recording = out.join("record.jsonl");
+    let text = std::fs::read_to_string(&recording).unwrap();
+    let other = text.replacen(r#""system":"flap""#, r#""system":"other""#, 1);
+    std::fs::write(&recording, other).unwrap();
     assert!(matches!(
         still(&out, None),
-        Err(ReportError::NoStill { system }) if system == "flap"
+        Err(ReportError::NoStill { system }) if system == "other"
     ));
 }

@@ -1,9 +1,10 @@
 //! `topdown.svg` of a FLAP search: the views in the order taken, and the cumulative probability of success over time.
 
 use super::search::Outcome;
-use crate::record::{Ground, escaped};
+use crate::record::{Ground, VolumeShape, escaped};
 use crate::scene::TargetVolume;
 use std::fmt::Write;
+use viewsample::flap::FanPose;
 
 /// Pixels of a metre.
 const SCALE: f64 = 64.0;
@@ -14,8 +15,65 @@ const GAP: f64 = 56.0;
 /// Height of the text under all.
 const LEGEND: f64 = 72.0;
 
+/// What a picture shows besides the scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Picture {
+    /// x and y, m, and heading, rad, of all views sampled at first.
+    pub(crate) sampled: Vec<[f64; 3]>,
+    /// The same of the looks, in order.
+    pub(crate) looks: Vec<[f64; 3]>,
+    /// Base positions of the looks, the start first, m.
+    pub(crate) way: Vec<[f64; 2]>,
+    /// Time, s, and probability of success after each look.
+    pub(crate) success: Vec<[f64; 2]>,
+    /// Expected time until the target is seen or the search ends, s.
+    pub(crate) expected_time: f64,
+    /// Time of the search, s.
+    pub(crate) end: f64,
+    /// The line below it.
+    pub(crate) caption: String,
+}
+
 /// Draws a search.
 pub fn draw(ground: &Ground, volumes: &[TargetVolume], outcome: &Outcome) -> String {
+    let result = &outcome.result;
+    let volumes: Vec<VolumeShape> = volumes
+        .iter()
+        .map(|v| VolumeShape {
+            name: v.name.clone(),
+            low: v.min,
+            high: v.max,
+            probability: v.p,
+        })
+        .collect();
+    let place = |pose: &FanPose| [pose.position[0], pose.position[1], pose.yaw];
+    let picture = Picture {
+        sampled: outcome.sampled.iter().map(place).collect(),
+        looks: outcome.poses.iter().map(place).collect(),
+        way: outcome.way.clone(),
+        success: result
+            .steps
+            .iter()
+            .map(|s| [s.time_s, s.probability])
+            .collect(),
+        expected_time: result.expected_time_s,
+        end: result.execution_time_s,
+        caption: format!(
+            "{} planner, {} map, {}, seed {}: expected time {:.1} s, {} sensing actions, success {:.1} %",
+            result.planner,
+            result.map,
+            result.mode,
+            result.seed,
+            result.expected_time_s,
+            result.sensing_actions,
+            100.0 * result.probability
+        ),
+    };
+    draw_picture(ground, &volumes, &picture)
+}
+
+/// Draws a search, or what of it was done up to a moment.
+pub(crate) fn draw_picture(ground: &Ground, volumes: &[VolumeShape], picture: &Picture) -> String {
     let span = [0, 1].map(|a| (ground.high[a] - ground.low[a]) * SCALE);
     let width = (span[0] + 2.0 * BORDER).max(720.0);
     let height = span[1] + PANEL + GAP + LEGEND + 2.0 * BORDER;
@@ -46,7 +104,7 @@ pub fn draw(ground: &Ground, volumes: &[TargetVolume], outcome: &Outcome) -> Str
         );
     }
     for volume in volumes {
-        let (low, high) = (volume.min, volume.max);
+        let (low, high) = (volume.low, volume.high);
         let _ = writeln!(
             svg,
             r##"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}" fill="#ef4444" fill-opacity="0.15" stroke="#dc2626" stroke-width="1.5"><title>{} P = {}</title></rect>"##,
@@ -55,42 +113,34 @@ pub fn draw(ground: &Ground, volumes: &[TargetVolume], outcome: &Outcome) -> Str
             (high[0] - low[0]) * SCALE,
             (high[1] - low[1]) * SCALE,
             escaped(&volume.name),
-            volume.p
+            volume.probability
         );
     }
-    views(&mut svg, outcome, &x, &y);
+    views(&mut svg, picture, &x, &y);
     let top = BORDER + span[1] + GAP;
     curve(
         &mut svg,
-        outcome,
+        picture,
         [BORDER + 44.0, top],
         [width - 2.0 * BORDER - 60.0, PANEL - 40.0],
     );
-    let result = &outcome.result;
     let _ = writeln!(
         svg,
-        r##"<text x="{BORDER}" y="{:.0}" font-size="15">{} planner, {} map, {}, seed {}: expected time {:.1} s, {} sensing actions, success {:.1} %</text>
+        r##"<text x="{BORDER}" y="{:.0}" font-size="15">{}</text>
 <text x="{BORDER}" y="{:.0}" font-size="12" fill="#475569">above: sampled views (grey), views taken in order (blue), base moves drawn straight, volumes (red);</text>
 <text x="{BORDER}" y="{:.0}" font-size="12" fill="#475569">below: probability of success over time, dashed the expected time</text>
 </svg>"##,
         height - LEGEND + 16.0,
-        result.planner,
-        result.map,
-        result.mode,
-        result.seed,
-        result.expected_time_s,
-        result.sensing_actions,
-        100.0 * result.probability,
+        escaped(&picture.caption),
         height - LEGEND + 38.0,
         height - LEGEND + 55.0,
     );
     svg
 }
 
-fn views(svg: &mut String, outcome: &Outcome, x: &dyn Fn(f64) -> f64, y: &dyn Fn(f64) -> f64) {
-    for pose in &outcome.sampled {
-        let (s, c) = pose.yaw.sin_cos();
-        let [px, py, _] = pose.position;
+fn views(svg: &mut String, picture: &Picture, x: &dyn Fn(f64) -> f64, y: &dyn Fn(f64) -> f64) {
+    for &[px, py, yaw] in &picture.sampled {
+        let (s, c) = yaw.sin_cos();
         let _ = writeln!(
             svg,
             r##"<path d="M{:.1} {:.1}L{:.1} {:.1}" stroke="#94a3b8" stroke-opacity="0.6"/>"##,
@@ -101,7 +151,7 @@ fn views(svg: &mut String, outcome: &Outcome, x: &dyn Fn(f64) -> f64, y: &dyn Fn
         );
     }
     let mut way = String::new();
-    for p in &outcome.way {
+    for p in &picture.way {
         let _ = write!(way, "{:.1},{:.1} ", x(p[0]), y(p[1]));
     }
     let _ = writeln!(
@@ -109,7 +159,7 @@ fn views(svg: &mut String, outcome: &Outcome, x: &dyn Fn(f64) -> f64, y: &dyn Fn
         r##"<polyline points="{}" fill="none" stroke="#2563eb" stroke-opacity="0.55" stroke-width="2" stroke-dasharray="6 4"/>"##,
         way.trim_end()
     );
-    if let Some(start) = outcome.way.first() {
+    if let Some(start) = picture.way.first() {
         let _ = writeln!(
             svg,
             r##"<circle cx="{:.1}" cy="{:.1}" r="8" fill="#16a34a"/><text x="{:.1}" y="{:.1}" font-size="13" fill="#166534">start</text>"##,
@@ -119,11 +169,10 @@ fn views(svg: &mut String, outcome: &Outcome, x: &dyn Fn(f64) -> f64, y: &dyn Fn
             y(start[1]) + 5.0
         );
     }
-    for (order, pose) in outcome.poses.iter().enumerate() {
-        let [px, py, _] = pose.position;
+    for (order, &[px, py, yaw]) in picture.looks.iter().enumerate() {
         // A wedge of the horizontal field of view.
         let corner = |turn: f64| {
-            let (s, c) = (pose.yaw + turn).sin_cos();
+            let (s, c) = (yaw + turn).sin_cos();
             format!("{:.1} {:.1}", x(px + 0.9 * c), y(py + 0.9 * s))
         };
         let _ = writeln!(
@@ -144,10 +193,9 @@ fn views(svg: &mut String, outcome: &Outcome, x: &dyn Fn(f64) -> f64, y: &dyn Fn
 }
 
 /// The curve of the paper's Fig. 5: time runs to the right while the robot moves, probability steps up when it looks.
-fn curve(svg: &mut String, outcome: &Outcome, at: [f64; 2], size: [f64; 2]) {
-    let result = &outcome.result;
-    let end = result.execution_time_s.max(result.expected_time_s).max(1.0);
-    let most = result.probability.max(0.05) * 1.08;
+fn curve(svg: &mut String, picture: &Picture, at: [f64; 2], size: [f64; 2]) {
+    let end = picture.end.max(picture.expected_time).max(1.0);
+    let most = picture.success.last().map_or(0.0, |s| s[1]).max(0.05) * 1.08;
     let x = |t: f64| at[0] + t / end * size[0];
     let y = |p: f64| at[1] + size[1] - p / most * size[1];
     let _ = writeln!(
@@ -183,20 +231,20 @@ fn curve(svg: &mut String, outcome: &Outcome, at: [f64; 2], size: [f64; 2]) {
         p += step;
     }
     let mut path = format!("M{:.1} {:.1}", x(0.0), y(0.0));
-    for step in &result.steps {
-        let _ = write!(path, "H{:.1}V{:.1}", x(step.time_s), y(step.probability));
+    for &[time, probability] in &picture.success {
+        let _ = write!(path, "H{:.1}V{:.1}", x(time), y(probability));
     }
     let _ = writeln!(
         svg,
         r##"<path d="{path}" fill="none" stroke="#1d4ed8" stroke-width="2"/>
 <path d="M{0:.1} {1:.1}v{2:.1}" stroke="#dc2626" stroke-width="1.5" stroke-dasharray="6 4"/>
 <text x="{3:.1}" y="{4:.1}" font-size="12" fill="#dc2626">expected {5:.1} s</text>"##,
-        x(result.expected_time_s),
+        x(picture.expected_time),
         at[1],
         size[1],
-        x(result.expected_time_s) + 6.0,
+        x(picture.expected_time) + 6.0,
         at[1] + size[1] - 8.0,
-        result.expected_time_s
+        picture.expected_time
     );
 }
 

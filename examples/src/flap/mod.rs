@@ -13,6 +13,7 @@ mod space;
 mod tap;
 
 pub use draw::draw;
+pub(crate) use draw::{Picture, draw_picture};
 pub use plans::{FloorPlans, PlanError};
 pub use record::{FlapResult, StepRecord, closing_table, write};
 pub use search::{FlapError, Outcome, Progress, run, run_at, run_recorded};

@@ -17,8 +17,8 @@ pub enum ReportError {
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// Pictures are drawn of HEATS runs; a FLAP search has its own in topdown.svg.
-    #[error("no still picture of a {system:?} run: its topdown.svg shows the whole search")]
+    /// Pictures are drawn of HEATS runs and FLAP searches.
+    #[error("no still picture of a {system:?} run: only of heats and flap")]
     NoStill {
         /// What was recorded.
         system: String,
