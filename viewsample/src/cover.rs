@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BinaryHeap};
 
+use crate::gain::Words;
 use crate::robot::{CostModel, Robot};
 use crate::sampler::{Sampler, check_pose};
 use crate::{Effort, Error, Gain, Pose, Viewpoint};
@@ -34,6 +35,30 @@ impl Covered {
             inspection += (i & !known_i).count_ones();
         }
         sampler.gain_of(lidar, extra, inspection)
+    }
+}
+
+/// Views of the LiDAR, one for all positions in a square of [`Params::lidar_grid`](crate::Params::lidar_grid).
+#[derive(Default)]
+pub(crate) struct SharedLidar(BTreeMap<[i64; 2], Words>);
+
+impl SharedLidar {
+    fn at<S: Clone>(&mut self, sampler: &Sampler<S>, base: [f64; 3]) -> &Words {
+        let sensors = sampler.sensors();
+        let eye = sensors.lidar.map(|lidar| lidar.eye(base));
+        let side = sampler.params().lidar_grid;
+        let key = eye.map_or([0; 2], |e| {
+            [0, 1].map(|a| {
+                if side > 0.0 {
+                    (e[a] / side).floor() as i64
+                } else {
+                    e[a].to_bits() as i64
+                }
+            })
+        });
+        self.0.entry(key).or_insert_with(|| {
+            eye.map_or_else(Vec::new, |eye| sensors.lidar_sees(sampler.world(), eye))
+        })
     }
 }
 
@@ -130,6 +155,48 @@ impl<S: Clone> Sampler<S> {
             }
         }
         Ok((views, effort))
+    }
+
+    /// The cells of a view, the LiDAR's from near it.
+    pub(crate) fn sight_sharing(
+        &self,
+        shared: &mut SharedLidar,
+        base: [f64; 3],
+        camera: &Pose,
+    ) -> Result<Sight, Error> {
+        check_pose(base)?;
+        if !camera.is_finite() {
+            return Err(Error::Pose(camera.translation));
+        }
+        if self.world().words == 0 {
+            return Ok(Sight::new());
+        }
+        let lidar = shared.at(self, base);
+        let mut sight: Sight = lidar
+            .iter()
+            .map(|&(word, mask)| (word as usize, [mask, 0, 0]))
+            .collect();
+        self.sensors()
+            .camera_sees(self.world(), camera, lidar, |word, e, i| {
+                sight.push((word, [0, e, i]));
+            });
+        Ok(sight)
+    }
+
+    /// What a view would see now, the LiDAR from near it.
+    pub(crate) fn gain_sharing(
+        &self,
+        shared: &mut SharedLidar,
+        base: [f64; 3],
+        camera: &Pose,
+    ) -> Result<Gain, Error> {
+        let (mut lidar, mut extra, mut inspection) = (0, 0, 0);
+        for (_, [l, e, i]) in self.sight_sharing(shared, base, camera)? {
+            lidar += l.count_ones();
+            extra += e.count_ones();
+            inspection += i.count_ones();
+        }
+        Ok(self.gain_of(lidar, extra, inspection))
     }
 
     /// The cells of a view.

@@ -43,6 +43,53 @@ impl Pose {
         }
     }
 
+    /// The same camera turned by `roll` (rad) around its optical axis: what was right of the image comes to its lower edge.
+    #[must_use]
+    pub fn rolled(&self, roll: f64) -> Self {
+        let (s, c) = roll.sin_cos();
+        Self {
+            rotation: self
+                .rotation
+                .map(|[x, y, z]| [c * x + s * y, c * y - s * x, z]),
+            ..*self
+        }
+    }
+
+    /// The camera turned so that what was straight ahead appears at `at` in the image plane (tangents, right and down), by the smallest
+    /// turn that does it.
+    #[must_use]
+    pub fn showing_ahead_at(&self, at: [f64; 2]) -> Self {
+        let [u, v] = at;
+        let n = (u * u + v * v + 1.0).sqrt();
+        let (x, y, z) = (u / n, v / n, 1.0 / n);
+        // The turn that takes the ray (x, y, z) to the axis: around their common normal.
+        let k = 1.0 / (1.0 + z);
+        let turn = [
+            [1.0 - k * x * x, -k * x * y, -x],
+            [-k * x * y, 1.0 - k * y * y, -y],
+            [x, y, z],
+        ];
+        let rotation = self
+            .rotation
+            .map(|row| [0, 1, 2].map(|j| (0..3).map(|i| row[i] * turn[i][j]).sum()));
+        Self { rotation, ..*self }
+    }
+
+    /// base_from_camera of a camera given in the world, when the base stands at the planar pose `base` = x, y, yaw (m, rad): the
+    /// inverse of [`on`](Self::on).
+    #[must_use]
+    pub fn seen_from(&self, base: [f64; 3]) -> Self {
+        let (s, c) = base[2].sin_cos();
+        let turn = |v: [f64; 3]| [c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]];
+        let r = &self.rotation;
+        let columns = [0, 1, 2].map(|j| turn([r[0][j], r[1][j], r[2][j]]));
+        let t = self.translation;
+        Self {
+            rotation: [0, 1, 2].map(|i| [columns[0][i], columns[1][i], columns[2][i]]),
+            translation: turn([t[0] - base[0], t[1] - base[1], t[2]]),
+        }
+    }
+
     /// A point of the outer frame in the camera frame, m.
     #[inline]
     pub fn to_camera(&self, point: [f64; 3]) -> [f64; 3] {

@@ -52,6 +52,7 @@
 //! ([`Params::lidar_patience`]) and are shared by neighbouring positions ([`Params::lidar_grid`]); with 0 for both,
 //! everything equals the definition, which the tests check.
 
+mod aim;
 pub mod conformance;
 mod cover;
 mod dirty;
@@ -64,6 +65,7 @@ mod library;
 mod map;
 mod params;
 mod posture;
+mod rng;
 mod robot;
 mod sampler;
 mod sight;
@@ -73,6 +75,7 @@ mod tour;
 mod view;
 mod world;
 
+pub use aim::Aim;
 pub use error::Error;
 pub use gain::{Gain, Seen};
 pub use geometry::{Frustum, Lidar, Pose};

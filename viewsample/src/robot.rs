@@ -13,6 +13,17 @@ pub trait Robot {
     /// A state that brings the camera to `base_from_camera`, by inverse kinematics; none if out
     /// of reach. Called once per view and robot, not while planning.
     fn reach(&self, base_from_camera: &Pose) -> Option<Self::State>;
+    /// A state with which the whole body is clear and the camera stands at `world_from_camera`, with the base at x, y, yaw (m,
+    /// rad); of several the one soonest taken up from `near`. Robots with more than one solution override this.
+    fn take_up(
+        &self,
+        base: [f64; 3],
+        world_from_camera: &Pose,
+        _near: &Self::State,
+    ) -> Option<Self::State> {
+        let state = self.reach(&world_from_camera.seen_from(base))?;
+        self.is_free(base, &state).then_some(state)
+    }
     /// True if the whole body is clear of the map with the base at x, y, yaw (m, rad).
     fn is_free(&self, base: [f64; 3], state: &Self::State) -> bool;
     /// True if the base alone is clear: the cheap test made first.
@@ -23,6 +34,14 @@ impl<R: Robot + ?Sized> Robot for &R {
     type State = R::State;
     fn reach(&self, base_from_camera: &Pose) -> Option<Self::State> {
         (**self).reach(base_from_camera)
+    }
+    fn take_up(
+        &self,
+        base: [f64; 3],
+        world_from_camera: &Pose,
+        near: &Self::State,
+    ) -> Option<Self::State> {
+        (**self).take_up(base, world_from_camera, near)
     }
     fn is_free(&self, base: [f64; 3], state: &Self::State) -> bool {
         (**self).is_free(base, state)

@@ -80,6 +80,19 @@ impl<S: Clone> Sampler<S> {
         &self.params
     }
 
+    pub(crate) fn world(&self) -> &World {
+        &self.world
+    }
+
+    pub(crate) fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+
+    pub(crate) fn cluster(&self, id: u64) -> Option<crate::Cluster<'_>> {
+        let library = self.libraries.get(&id)?;
+        Some(library.cluster()).filter(|c| !c.cells.is_empty())
+    }
+
     pub(crate) fn gain_of(&self, lidar: u32, extra: u32, inspection: u32) -> Gain {
         self.sensors.gain(lidar, extra, inspection)
     }

@@ -1,6 +1,6 @@
 //! Views by what they add for their time: a tour that grows by cheapest insertion.
 
-use crate::cover::{Covered, Sight};
+use crate::cover::{Covered, SharedLidar, Sight};
 use crate::sampler::Sampler;
 use crate::{Effort, Error, Gain, Pose, Viewpoint};
 
@@ -63,7 +63,7 @@ impl Tour {
 
 impl<S: Clone> Sampler<S> {
     /// Greedy cover by rate: again and again the view that adds most for each second by which it lengthens an open tour from
-    /// the robot over those chosen, as long as it adds at least `least`. Returns indices and what each adds, in the order of
+    /// the robot over those chosen, as long as it adds at least `least`, at most `most` of them. Returns indices and what each adds, in the order of
     /// choice. What the base and camera poses `before` show adds nothing.
     ///
     /// `seconds` is asked for the time from one view, or from the robot (`None`), to another; a view that is never reached has
@@ -78,6 +78,7 @@ impl<S: Clone> Sampler<S> {
         &self,
         before: &[([f64; 3], Pose)],
         views: &[Viewpoint<S>],
+        most: usize,
         least: f64,
         stay: f64,
         mut seconds: impl FnMut(Option<usize>, usize) -> f64,
@@ -90,10 +91,11 @@ impl<S: Clone> Sampler<S> {
             });
         }
         let mut effort = Effort::default();
+        let mut lidar = SharedLidar::default();
         let mut covered = Covered::default();
         for (base, camera) in before {
             effort.camera_views += 1;
-            covered.add(&self.sight(*base, camera)?);
+            covered.add(&self.sight_sharing(&mut lidar, *base, camera)?);
         }
         let from_robot: Vec<f64> = (0..views.len()).map(|i| seconds(None, i)).collect();
         let mut open: Vec<usize> = (0..views.len())
@@ -106,16 +108,19 @@ impl<S: Clone> Sampler<S> {
         let mut adds: Vec<Gain> = views.iter().map(|v| v.gain).collect();
         let mut chosen = Vec::new();
         let mut exact = vec![false; views.len()];
-        while let Some(&best) = open.iter().max_by(|&&a, &&b| {
-            let rate = |i: usize| adds[i].info / (longer[i] + stay);
-            rate(a).total_cmp(&rate(b)).then(b.cmp(&a))
-        }) {
+        while chosen.len() < most
+            && let Some(&best) = open.iter().max_by(|&&a, &&b| {
+                let rate = |i: usize| adds[i].info / (longer[i] + stay);
+                rate(a).total_cmp(&rate(b)).then(b.cmp(&a))
+            })
+        {
             if !exact[best] {
                 let sight = match &mut sights[best] {
                     Some(sight) => sight,
                     slot => {
                         effort.camera_views += 1;
-                        slot.insert(self.sight(views[best].base, &views[best].camera)?)
+                        let view = &views[best];
+                        slot.insert(self.sight_sharing(&mut lidar, view.base, &view.camera)?)
                     }
                 };
                 adds[best] = covered.added(self, sight);

@@ -308,6 +308,13 @@ impl World {
         }
     }
 
+    /// The open faces of an inspection cell; bits as in [`Map::faces`]. All of them where no faces are kept.
+    pub(crate) fn open_faces(&self, word: usize, bit: u32) -> u8 {
+        self.faces
+            .get(word * 64 + bit as usize)
+            .map_or(0b11_1111, |faces| faces.0)
+    }
+
     /// The open faces of an inspection cell that an eye at `from_cell` (m, relative to the cell's centre) looks at from
     /// outside, at an angle to the surface's normal in the middle of the face whose cosine is at least `least`; bits as in
     /// [`Map::faces`]. The normal is the face's own, or for upright faces the mean of those exposed, since a wall at an angle to

@@ -5,9 +5,37 @@ mod worlds;
 
 use proptest::prelude::*;
 use viewsample::{
-    Cell, Changes, Cluster, CostModel, Frustum, Lidar, Map, Params, Pose, Robot, conformance,
+    Aim, Cell, Changes, Cluster, CostModel, Frustum, Lidar, Map, Params, Pose, Posture, Robot,
+    Sampler, conformance,
 };
 use worlds::*;
+
+/// Holds its camera anywhere above its base, looking anywhere: the state is base_from_camera.
+struct Crane<'a, M>(viewsample::grid::Mast<'a, M>);
+
+impl<M: Map> Robot for Crane<'_, M> {
+    type State = Pose;
+    fn reach(&self, camera: &Pose) -> Option<Pose> {
+        let [x, y, z] = camera.translation;
+        (x.hypot(y) < 0.9 && z < 1.9).then_some(*camera)
+    }
+    fn is_free(&self, base: [f64; 3], camera: &Pose) -> bool {
+        let map = self.0.map;
+        self.base_is_free(base) && map.is_free(map.cell_at(camera.on(base).translation))
+    }
+    fn base_is_free(&self, base: [f64; 3]) -> bool {
+        self.0.base_is_free(base)
+    }
+}
+
+/// Any move takes a second.
+struct Waits;
+
+impl CostModel<Pose> for Waits {
+    fn seconds(&self, _: (&[f64; 3], &Pose), _: (&[f64; 3], &Pose)) -> f64 {
+        1.0
+    }
+}
 
 fn coordinate() -> impl Strategy<Value = f64> {
     -20.0..20.0f64
@@ -276,7 +304,7 @@ proptest! {
             let from = from.map_or((&base, &state), |n| (&views[n].base, &views[n].state));
             COSTS.seconds(from, (&views[to].base, &views[to].state))
         };
-        let (chosen, _) = sampler.cover_by_rate(&[], &views, least, stay, seconds).unwrap();
+        let (chosen, _) = sampler.cover_by_rate(&[], &views, usize::MAX, least, stay, seconds).unwrap();
         if let Some((first, gain)) = chosen.first() {
             let rate = |n: usize| views[n].gain.info / (seconds(None, n) + stay);
             prop_assert_eq!(*gain, views[*first].gain);
@@ -296,14 +324,102 @@ proptest! {
         }
         let sum: f64 = chosen.iter().map(|c| c.1.info).sum();
         prop_assert!((sum - 0.2 * e.len() as f64 - 0.8 * i.len() as f64).abs() < 1e-6);
-        prop_assert!(sampler.cover_by_rate(&taken, &views, least, stay, seconds).unwrap().0.is_empty());
+        prop_assert!(sampler.cover_by_rate(&taken, &views, usize::MAX, least, stay, seconds).unwrap().0.is_empty());
         // Equal times: the fewest views.
-        let (even, _) = sampler.cover_by_rate(&[], &views, least, stay, |_, _| 0.0).unwrap();
+        let (even, _) = sampler.cover_by_rate(&[], &views, usize::MAX, least, stay, |_, _| 0.0).unwrap();
         let (plain, _) = sampler.cover(&views, least).unwrap();
         prop_assert_eq!(even, plain);
-        let (none, _) = sampler.cover_by_rate(&[], &views, least, stay, |_, _| f64::INFINITY).unwrap();
+        let (few, _) = sampler.cover_by_rate(&[], &views, 2, least, stay, seconds).unwrap();
+        prop_assert_eq!(&few[..], &chosen[..chosen.len().min(2)]);
+        let (none, _) = sampler.cover_by_rate(&[], &views, usize::MAX, least, stay, |_, _| f64::INFINITY).unwrap();
         prop_assert!(none.is_empty());
-        prop_assert!(sampler.cover_by_rate(&[], &views, least, 0.0, seconds).is_err());
+        prop_assert!(sampler.cover_by_rate(&[], &views, usize::MAX, least, 0.0, seconds).is_err());
+    }
+
+    /// Aimed views are free, reach the threshold, stand where they may, and show what is said; the same seed aims the same.
+    #[test]
+    fn aimed_views_hold_what_they_promise(seed in any::<u64>(), threshold in 0.1..4.0f64, wanted in 1..4usize) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |_| false);
+        let crane = Crane(mast(&map));
+        let (base, state) = ([3.0, 3.0, 0.3], Pose::looking([0.0, 0.0, 1.0], 0.0, 0.0));
+        let posture = Posture { view: 0, camera: state, state };
+        let mut sampler = Sampler::new(&params(), vec![posture]).unwrap();
+        let added: Vec<Cluster<'_>> = all.iter().map(OwnedCluster::borrow).collect();
+        let boxes = [map.bounds()];
+        sampler.update(&map, &Changes { added: &added, removed: &[], boxes: &boxes }).unwrap();
+        let ids: Vec<u64> = all.iter().map(|c| c.id).chain([u64::MAX]).collect();
+        let aim = Aim {
+            distance: (0.3, 2.0),
+            heights: (0.3, 2.0),
+            tilt: 1.0,
+            reach: (1.0, 1.0),
+            views: wanted,
+            tries: 60,
+            bases: 3,
+            threshold,
+            seed,
+        };
+        let place = [dice.between(1.0, 6.5), dice.between(1.0, 5.5)];
+        let ask = || sampler.aimed(&aim, &ids, &[place], &crane, &Waits, (&base, &state)).unwrap().0;
+        let views = ask();
+        for view in &views {
+            prop_assert!(crane.is_free(view.base, &view.state));
+            prop_assert_eq!(view.gain, sampler.gain_at(view.base, &view.camera).unwrap());
+            prop_assert!(view.gain.info >= threshold && view.gain.info > 0.0);
+            let eye = view.camera.translation;
+            prop_assert!((eye[0] - view.base[0]).hypot(eye[1] - view.base[1]) <= 1.0 + 1e-9);
+            prop_assert!(ids.contains(&view.cluster.unwrap()));
+        }
+        for id in &ids {
+            prop_assert!(views.iter().filter(|v| v.cluster == Some(*id)).count() <= wanted);
+        }
+        prop_assert_eq!(views, ask());
+        // What is out of range is named.
+        let bad = [
+            (Aim { distance: (0.0, 1.0), ..aim.clone() }, "distance.0"),
+            (Aim { distance: (0.5, f64::NAN), ..aim.clone() }, "distance.1"),
+            (Aim { tilt: 1.6, ..aim.clone() }, "tilt"),
+            (Aim { heights: (1.0, 0.5), ..aim.clone() }, "heights.1"),
+            (Aim { reach: (0.5, -1.0), ..aim.clone() }, "reach.1"),
+            (Aim { threshold: f64::NAN, ..aim.clone() }, "threshold"),
+        ];
+        for (aim, name) in bad {
+            let told = sampler.aimed(&aim, &ids, &[], &crane, &Waits, (&base, &state));
+            let named = matches!(told, Err(viewsample::Error::Param { field, .. }) if field == name);
+            prop_assert!(named, "{}", name);
+        }
+    }
+
+    /// A camera seen from a base and put back on it is the same; turned aside it shows at the place asked for what was straight
+    /// ahead; rolled it looks the same way.
+    #[test]
+    fn cameras_turn_as_told(
+        yaw in -7.0..7.0f64, pitch in -1.5..1.5f64, base in prop::array::uniform3(-4.0..4.0f64), roll in -7.0..7.0f64,
+        at in prop::array::uniform2(-1.2..1.2f64),
+    ) {
+        let camera = Pose::looking([0.3, -0.2, 1.1], yaw, pitch).rolled(roll);
+        let again = camera.seen_from(base).on(base);
+        let ahead = [0, 1, 2].map(|a| camera.translation[a] + 2.0 * camera.forward()[a]);
+        let seen = camera.showing_ahead_at(at).to_camera(ahead);
+        prop_assert!((seen[0] / seen[2] - at[0]).abs() < 1e-9 && (seen[1] / seen[2] - at[1]).abs() < 1e-9);
+        for i in 0..3 {
+            prop_assert!((again.translation[i] - camera.translation[i]).abs() < 1e-12);
+            for j in 0..3 {
+                prop_assert!((again.rotation[i][j] - camera.rotation[i][j]).abs() < 1e-12);
+            }
+        }
+        let straight = Pose::looking([0.3, -0.2, 1.1], yaw, pitch);
+        prop_assert!((0..3).all(|a| (straight.forward()[a] - camera.forward()[a]).abs() < 1e-12));
+        let column = |pose: &Pose, j: usize| [0, 1, 2].map(|i: usize| pose.rotation[i][j]);
+        let (turned, dot) = (camera.showing_ahead_at(at), |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| a[i] * b[i]).sum::<f64>());
+        for j in 0..3 {
+            for k in 0..3 {
+                let expected = f64::from(u8::from(j == k));
+                prop_assert!((dot(column(&turned, j), column(&turned, k)) - expected).abs() < 1e-12);
+            }
+        }
     }
 
     /// More postures for the last tries leave the libraries as they are, and no last try ends worse for them.

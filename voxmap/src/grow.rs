@@ -166,6 +166,7 @@ impl VoxelMap {
         new.log = self.log.moved(new.words, size, pages);
         new.seen = self.seen.moved(new.words, size, pages);
         new.skip_narrow = self.skip_narrow;
+        new.skip_strips = self.skip_strips;
         // Of an empty box of common cells nothing is copied.
         let layers = if both.volume() > 0 {
             both.low[2]..both.high[2]

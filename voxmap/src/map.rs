@@ -64,6 +64,7 @@ pub struct VoxelMap {
     /// Inspected faces of occupied cells, in the order of [`FACES`].
     pub(crate) seen: Pages<SeenPage>,
     pub(crate) skip_narrow: bool,
+    pub(crate) skip_strips: bool,
     /// Occupied cells of each block of 8 x 8 x 8.
     pub(crate) blocks: Vec<u16>,
     pub(crate) dirty: Dirty,
@@ -123,6 +124,7 @@ impl VoxelMap {
             log: Pages::new(words, size),
             seen: Pages::new(words, size),
             skip_narrow: false,
+            skip_strips: false,
             blocks: vec![0; words * 8 * size[1].div_ceil(8) * size[2].div_ceil(8)],
             dirty: Dirty::new(total),
             scan: crate::insert::Window::default(),
@@ -265,6 +267,17 @@ impl VoxelMap {
     /// away, so who follows changes looks one cell beyond their boxes.
     pub fn skip_narrow_faces(&mut self, skip: bool) {
         self.skip_narrow = skip;
+    }
+
+    /// Whether what is left between inspected faces counts as narrow too, where [narrow faces are left out](Self::skip_narrow_faces);
+    /// off at first.
+    ///
+    /// A strip one cell wide between inspected faces, or between them and the surface's edge, holds the middle of a target only if
+    /// the target reaches well into what was seen on one side of it: with
+    /// [`mark_inspected_twice`](Self::mark_inspected_twice) and a `target` of at least its half side and half a cell, one of the images
+    /// on both sides showed it whole.
+    pub fn skip_inspected_strips(&mut self, skip: bool) {
+        self.skip_strips = skip;
     }
 
     /// True for an occupied cell that is open to free space, with a face that was inspected since the cell became occupied

@@ -44,7 +44,7 @@ impl Row {
 }
 
 impl VoxelMap {
-    /// Cells of a row around word `w` whose face is exposed; none outside the map.
+    /// Cells of a row around word `w` whose face is exposed, and not inspected where strips are left out; none outside the map.
     fn exposed_row(&self, w: usize, y: Option<usize>, z: Option<usize>, face: usize) -> Row {
         let (Some(y), Some(z)) = (y, z) else {
             return Row::default();
@@ -52,7 +52,14 @@ impl VoxelMap {
         if y >= self.size[1] || z >= self.size[2] {
             return Row::default();
         }
-        let at = |w: usize| self.occupied[self.word(w, y, z)] & self.free_beside(w, y, z, face);
+        let at = |w: usize| {
+            let exposed = self.occupied[self.word(w, y, z)] & self.free_beside(w, y, z, face);
+            if self.skip_strips && exposed != 0 {
+                exposed & !self.seen.get(w, y, z).map_or(0, |seen| seen[face])
+            } else {
+                exposed
+            }
+        };
         Row {
             before: if w > 0 { at(w - 1) } else { 0 },
             word: at(w),
@@ -106,7 +113,9 @@ impl VoxelMap {
     fn is_wide(&self, cell: Cell, face: usize) -> bool {
         let exposed = |offset: [i32; 3]| {
             let c = [0, 1, 2].map(|a| cell[a] + offset[a]);
-            self.is_occupied(c) && self.is_free([0, 1, 2].map(|a| c[a] + FACES[face][a]))
+            self.is_occupied(c)
+                && self.is_free([0, 1, 2].map(|a| c[a] + FACES[face][a]))
+                && !(self.skip_strips && self.seen_faces(c) >> face & 1 != 0)
         };
         let axis = face / 2;
         if axis == 2 {

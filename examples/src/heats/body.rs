@@ -141,6 +141,19 @@ impl viewsample::Robot for Whole<'_> {
             .best()
             .map(|s| s.joints)
     }
+    fn take_up(
+        &self,
+        base: [f64; 3],
+        world_from_camera: &viewsample::Pose,
+        near: &Joints,
+    ) -> Option<Joints> {
+        let frame =
+            robots::Frame::from_rows(&world_from_camera.rotation, world_from_camera.translation);
+        let found = self.robot.ik_camera_frame(base, &frame, near);
+        let free = |joints: &Joints| self.arm_room(base, joints) >= self.arm_clearance;
+        let first = found.as_slice().iter().find(|s| free(&s.joints))?;
+        Some(first.joints)
+    }
     fn is_free(&self, base: [f64; 3], joints: &Joints) -> bool {
         self.base_is_free(base) && self.arm_room(base, joints) >= self.arm_clearance
     }

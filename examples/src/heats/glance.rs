@@ -50,8 +50,13 @@ fn turn(a: &Frame, b: &Frame) -> f64 {
     (0.5 * (trace - 1.0)).clamp(-1.0, 1.0).acos()
 }
 
+/// The looks of a path that count.
+pub(super) fn looks(whole: &Whole<'_>, path: &BodyPath) -> Vec<Look> {
+    looks_every(whole, path, FINE)
+}
+
 /// The looks of a path: its camera every few steps where it turns slowly enough, and at the end.
-fn looks(whole: &Whole<'_>, path: &BodyPath, stride: usize) -> Vec<Look> {
+fn looks_every(whole: &Whole<'_>, path: &BodyPath, stride: usize) -> Vec<Look> {
     let last = path.base.len() - 1;
     let look = |k: usize| {
         let frame = frame_at(whole, path.base[k], &path.joints[k]);
@@ -98,7 +103,7 @@ pub(super) fn improve(
     let vias = vias(params, postures, &path);
     let duration = path.seconds();
     let value = |path: &BodyPath, stride: usize| {
-        let seen = looks(whole, path, stride);
+        let seen = looks_every(whole, path, stride);
         (
             worth(&seen) - price * (path.seconds() - duration),
             seen.len(),
@@ -368,7 +373,7 @@ mod tests {
                 assert!((pair[1][j] - pair[0][j]).abs() <= params.joint_speed * STEP + 1e-9);
             }
         }
-        let value = |path: &BodyPath| right(&looks(&whole, path, FINE));
+        let value = |path: &BodyPath| right(&looks(&whole, path));
         assert!(
             value(&led) > value(&path) + 1.0,
             "{} {}",

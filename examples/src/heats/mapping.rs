@@ -7,8 +7,6 @@ use voxmap::{
     RegionParams, Regions, Scan, SensorModel, VoxelMap,
 };
 
-/// Half the side of a target, m: of the 0.2 m tags of the scenes, and a little.
-pub(super) const TARGET: f64 = 0.12;
 /// Free area that must have changed before regions are segmented again, m2.
 const REGION_AREA: f64 = 1.0;
 /// Shortest time between two segmentations, s.
@@ -28,6 +26,8 @@ pub struct Mapper {
     pub inspect_range: f64,
     /// Largest incidence at which a face counts as inspected, rad; none for the published rule.
     pub inspect_incidence: Option<f64>,
+    /// Half the side of a target that an image must show whole, m.
+    target: f64,
     grazing_guard: Option<GrazingGuard>,
     hit_depth: f64,
     region_params: RegionParams,
@@ -55,6 +55,7 @@ impl Mapper {
             },
         })?;
         map.skip_narrow_faces(m.skip_narrow);
+        map.skip_inspected_strips(m.skip_strips);
         let distance = Esdf::new(
             &map,
             EsdfParams {
@@ -70,6 +71,7 @@ impl Mapper {
             inspect_range: m.inspect_range.unwrap_or(scene.limits.d_ins),
             inspect_incidence: (m.inspect_incidence < 90.0)
                 .then(|| m.inspect_incidence.to_radians()),
+            target: m.target,
             grazing_guard: m.grazing_guard.then(GrazingGuard::default),
             hit_depth: m.hit_depth,
             region_params: RegionParams {
@@ -117,10 +119,13 @@ impl Mapper {
     /// Marks what the camera inspects from where it is now; `before` is the image taken before. Returns how many voxels gained a face.
     pub fn inspect(&mut self, before: &Camera, camera: &Camera) -> usize {
         match self.inspect_incidence {
-            Some(limit) => {
-                self.map
-                    .mark_inspected_twice(before, camera, self.inspect_range, limit, TARGET)
-            }
+            Some(limit) => self.map.mark_inspected_twice(
+                before,
+                camera,
+                self.inspect_range,
+                limit,
+                self.target,
+            ),
             None => self.map.mark_inspected(camera, self.inspect_range),
         }
     }

@@ -64,8 +64,13 @@ pub struct MapSettings {
     /// Each face of a voxel that is open to free space must then be seen from its own side. 90 or more is the published rule:
     /// one sight of a voxel inspects all of it, so that a table top seen from above is never looked at from below.
     pub inspect_incidence: f64,
+    /// Half the side of the square around the middle of a face that must be in the image for the face to count as inspected, beyond
+    /// half a voxel, m. 0.12 holds any 0.16 m target however it is turned.
+    pub target: f64,
     /// Whether faces too narrow to carry a target, of rods and edges and slivers between them, need no inspection.
     pub skip_narrow: bool,
+    /// Whether strips one voxel wide between inspected faces need no inspection either.
+    pub skip_strips: bool,
     /// Probabilities of the sensor model: hit and miss.
     pub hit: f64,
     /// See [`hit`](Self::hit).
@@ -94,7 +99,9 @@ impl Default for MapSettings {
             inspect_range: None,
             inspect_band: (0.0, 2.4),
             inspect_incidence: 64.0,
+            target: 0.12,
             skip_narrow: true,
+            skip_strips: true,
             hit: 0.97,
             miss: 0.49,
             clamp: (0.004, 0.998),
@@ -132,7 +139,7 @@ impl Default for FrontierSettings {
         Self {
             exploration_size: 60.0,
             exploration_extent: 2.0,
-            min_exploration: 10,
+            min_exploration: 3,
             min_inspection: 2,
             normal_angle: 30.0,
             inspection_radius: 1.2,
@@ -164,6 +171,8 @@ pub struct ViewSettings {
     /// of what such a view is for: walls, table tops and cabinet tops from above, undersides from a low camera stretched out beneath
     /// them.
     pub attitudes: Vec<(f64, f64, f64)>,
+    /// Views aimed at single faces of each cluster of the robot's region, besides those of its library; 0 is the published rule.
+    pub aimed: usize,
     /// More attitudes for the last tries, in the same terms: for what is in sight of none of the others.
     pub last_attitudes: Vec<(f64, f64, f64)>,
     /// Attitudes of a smaller elevation than this, up or down, hold the camera upright: rolled a quarter turn (degrees; 0 for none).
@@ -204,6 +213,7 @@ impl Default for ViewSettings {
                 (-75.0, 1.1, 0.75),
                 (-32.0, 1.42, 0.5),
             ],
+            aimed: 12,
             last_attitudes: vec![
                 (-30.0, 1.6, 0.2),
                 (-45.0, 1.5, 0.4),
@@ -220,7 +230,7 @@ impl Default for ViewSettings {
             clearance: 0.05,
             most_looks: 8,
             on_the_way: true,
-            delay_price: 20.0,
+            delay_price: 45.0,
         }
     }
 }
@@ -246,6 +256,9 @@ pub struct DecisionSettings {
     pub rates: Vec<f64>,
     /// Ways longer than this count as this long when rates are taken, s.
     pub rate_span: f64,
+    /// Views of the cover, besides the next one of the tour, to which ways are planned as well: the one is taken whose way shows most
+    /// for its time, looks on the way included. 0 is the published rule.
+    pub others: usize,
     /// Period of re-decisions while driving, s.
     pub period: f64,
     /// Share of the target's gain that must be left to keep going there.
@@ -269,6 +282,7 @@ impl Default for DecisionSettings {
             cover_most: 25.0,
             rates: vec![12.0, 4.0],
             rate_span: 6.0,
+            others: 5,
             period: 1.0,
             keep_share: 0.35,
             reached_position: 0.15,
@@ -477,6 +491,7 @@ impl Settings {
         }
         band("map.inspect_band", self.map.inspect_band)?;
         positive("map.inspect_incidence", self.map.inspect_incidence)?;
+        not_negative("map.target", self.map.target)?;
         share("map.hit", self.map.hit)?;
         share("map.miss", self.map.miss)?;
         share("map.clamp", self.map.clamp.0)?;

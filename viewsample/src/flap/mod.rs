@@ -21,7 +21,6 @@
 mod fan;
 mod interval;
 mod poses;
-mod rng;
 mod sight;
 mod views;
 

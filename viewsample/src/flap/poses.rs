@@ -2,8 +2,8 @@
 
 use super::fan::FanPose;
 use super::interval::{Constraints, Interval};
-use super::rng::Rng;
 use crate::Error;
+use crate::rng::Rng;
 
 /// What limits camera poses.
 #[derive(Clone, Debug, PartialEq)]

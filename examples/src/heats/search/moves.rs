@@ -2,6 +2,12 @@
 
 use super::*;
 
+/// A whole-body path, the camera's pose at its end, and what planning it took: nodes expanded, looks and samples.
+type Planned = (BodyPath, Pose, (usize, usize));
+
+/// Time that any way takes beyond its own, s.
+const SETTING_OUT: f64 = 0.3;
+
 impl Search<'_> {
     /// Turns once on the spot with the camera down, so that the floor around the start is known (G item 9); where the base cannot
     /// turn, the shoulder does. Without a LiDAR the arm knows nothing beside it, so the camera first turns level, where it is,
@@ -87,8 +93,8 @@ impl Search<'_> {
         } else {
             "driving to a view"
         };
-        match self.plan_motion(now, &choice, &from) {
-            Ok((path, camera, operations)) => {
+        match self.plan_best(now, &choice, &from) {
+            Ok((choice, (path, camera, operations))) => {
                 let counted = self.targets.counted
                     + 3e-6 * operations.0 as f64
                     + 30e-6 * operations.1 as f64
@@ -126,13 +132,45 @@ impl Search<'_> {
         }
     }
 
+    /// Of the ways to the next view of the tour and to other views of the cover, the one that shows most for its time.
+    fn plan_best(
+        &mut self,
+        now: f64,
+        next: &Choice,
+        from: &Departure,
+    ) -> Result<(Choice, Planned), Failure> {
+        let others = std::mem::take(&mut self.targets.alternatives);
+        let first = self.plan_motion(now, next, from);
+        if others.is_empty() {
+            return Ok((next.clone(), first?));
+        }
+        let mut effort = (0, 0);
+        let rate = |search: &Self, (path, _, spent): &Planned, effort: &mut (usize, usize)| {
+            let looks = glance::looks(&search.whole(), path);
+            *effort = (effort.0 + spent.0, effort.1 + spent.1 + looks.len());
+            search.targets.gain_along(&looks) / (path.seconds() + SETTING_OUT)
+        };
+        let mut best =
+            first.map(|planned| (rate(self, &planned, &mut effort), next.clone(), planned));
+        for choice in others {
+            let Ok(planned) = self.plan_motion(now, &choice, from) else {
+                continue;
+            };
+            let rate = rate(self, &planned, &mut effort);
+            if best.as_ref().map_or(true, |b| rate > b.0) {
+                best = Ok((rate, choice, planned));
+            }
+        }
+        best.map(|(_, choice, (path, camera, _))| (choice, (path, camera, effort)))
+    }
+
     /// Base with free yaw first; where the arm cannot make up for it, the yaw of the library (sect. V-A).
     pub(super) fn plan_motion(
         &mut self,
         now: f64,
         choice: &Choice,
         from: &Departure,
-    ) -> Result<(BodyPath, Pose, (usize, usize)), Failure> {
+    ) -> Result<Planned, Failure> {
         let goal = BodyState {
             base: choice.base,
             joints: choice.joints,

@@ -1,28 +1,24 @@
 //! The target viewpoint planner: frontiers, viewpoint libraries, candidates, decision (HEATS sect. IV).
 
-use super::body::{Joints, Whole};
-use super::decision::{Considered, Stand, Ways, decide};
-use super::failures::Failures;
-use super::glance::Look;
-use super::mapping::TARGET;
-use super::pace::Pace;
-use super::settings::{Sensors, Settings};
+mod cover;
+
 use crate::clock::{Stage, Stopwatch};
+use crate::heats::body::{Joints, Whole};
+use crate::heats::decision::{Considered, Stand, Ways, decide};
+use crate::heats::failures::Failures;
+use crate::heats::glance::Look;
+use crate::heats::pace::Pace;
+use crate::heats::settings::{Sensors, Settings};
 use frontier::{Cell, Frontiers, Kind};
 use robots::MobileManipulator;
 use std::collections::BTreeSet;
-use viewsample::{Changes, Cluster, CostModel, Frustum, Params, Pose, Posture, Sampler, Viewpoint};
+use viewsample::{
+    Aim, Changes, Cluster, CostModel, Frustum, Params, Pose, Posture, Sampler, Viewpoint,
+};
 use voxmap::CellBox;
 
 /// Voxel edge for which thresholds are given, m: smaller voxels ask for as many more.
 const REFERENCE_CELL: f64 = 0.15;
-
-/// Time that a view takes beyond the way to it, s.
-const STAY: f64 = 0.3;
-/// Distance of the points at which a straight line is held against the map, m.
-const LINE_STEP: f64 = 0.2;
-/// How much longer than the blocked straight line a way is taken to be: a factor and metres.
-const DETOUR: (f64, f64) = (1.5, 0.5);
 
 /// Radius of the disc for which ways are measured: the base's half width with its clearance, m.
 fn disc(whole: &Whole<'_>) -> f64 {
@@ -126,6 +122,17 @@ pub struct Targets {
     cover_most: f64,
     rates: Vec<f64>,
     rate_span: f64,
+    /// Views aimed at each cluster of the robot's region.
+    aimed: usize,
+    /// How views are aimed: at first, and in the last tries.
+    aims: [Aim; 2],
+    /// Views of the last cover, offered again.
+    kept: Vec<Viewpoint<Joints>>,
+    /// The views of the last cover that were chosen first, besides the one that is next in the tour.
+    pub alternatives: Vec<Choice>,
+    decisions: u64,
+    /// How many views besides the next one of the tour are planned for.
+    others: usize,
     seed: u64,
     /// Operations of the last decision, for the planner's account, s.
     pub counted: f64,
@@ -188,7 +195,7 @@ impl Targets {
                 far: inspect_range,
                 ..defaults.rgb
             },
-            target: Some(TARGET),
+            target: Some(settings.map.target),
             motion_decay: v.motion_decay,
             exploration_weight: v.exploration_weight,
             inspection_weight: v.inspection_weight,
@@ -240,6 +247,28 @@ impl Targets {
                 .map(|r| r * per_area)
                 .collect(),
             rate_span: settings.decision.rate_span,
+            aimed: v.aimed,
+            aims: [
+                (v.aimed, v.threshold, 80, 3),
+                (3, v.relaxed_threshold, 300, 6),
+            ]
+            .map(|(views, threshold, tries, bases)| Aim {
+                distance: (0.3, (inspect_range - 0.3).min(2.5)),
+                tilt: (settings.map.inspect_incidence - 4.0)
+                    .clamp(1.0, 75.0)
+                    .to_radians(),
+                heights: (0.15, 1.7),
+                reach: (0.66, 1.05),
+                views,
+                tries,
+                bases,
+                threshold: threshold * per_area,
+                seed: settings.seed,
+            }),
+            kept: Vec::new(),
+            alternatives: Vec::new(),
+            decisions: 0,
+            others: settings.decision.others,
             seed: settings.seed,
             counted: 0.0,
             considered: Considered::default(),
@@ -418,6 +447,8 @@ impl Targets {
         watch: &mut Stopwatch,
     ) -> Result<Outcome, String> {
         self.considered = Considered::default();
+        self.alternatives.clear();
+        self.decisions += 1;
         let ways = Ways::new(whole.mapper, disc(whole)).map_err(|e| e.to_string())?;
         let pace = self.pace;
         let mut relaxed = false;
@@ -433,13 +464,11 @@ impl Targets {
         let found = found.map_err(|e| e.to_string())?;
         let mut effort = found.effort;
         let mut views = found.views;
-        // First what pays well for its time, everywhere; the rest in later rounds.
-        let span = self.rate_span;
-        let pays_somewhere = |&rate: &f64| views.iter().any(|v| pays(v, rate, span));
-        let rate = self.rates.iter().copied().find(pays_somewhere);
-        let rate = rate.unwrap_or(0.0);
-        views.retain(|v| pays(v, rate, span));
-        if self.cover && !views.is_empty() {
+        if !self.cover {
+            let rate = self.round(&views);
+            views.retain(|v| pays(v, rate, self.rate_span));
+        }
+        if self.cover && (self.aimed > 0 || !views.is_empty()) {
             let costs = Costs {
                 pace: &pace,
                 ways: &ways,
@@ -451,7 +480,7 @@ impl Targets {
                     whole,
                     &costs,
                     &robot,
-                    (rest, rate, before),
+                    (rest, before),
                     views.clone(),
                     &mut effort,
                 )
@@ -484,11 +513,18 @@ impl Targets {
                 now,
             };
             let (retry, _) = watch.time(Stage::Viewpoints, || {
-                self.sampler.retry(&ids, whole, &costs, robot.0, &robot.1)
+                if self.aimed > 0 {
+                    self.aimed_last(&ids, whole, &costs, &robot, rest)
+                } else {
+                    let found = self.sampler.retry(&ids, whole, &costs, robot.0, &robot.1);
+                    found
+                        .map(|found| (found.views, found.effort))
+                        .map_err(|e| e.to_string())
+                }
             });
-            let retry = retry.map_err(|e| e.to_string())?;
-            effort += retry.effort;
-            views = retry.views;
+            let (retry, spent) = retry?;
+            effort += spent;
+            views = retry;
             relaxed = true;
             for id in ids {
                 if !views.iter().any(|v| v.cluster == Some(id))
@@ -527,21 +563,18 @@ impl Targets {
         let Some(view) = views.get(choice.candidate) else {
             return Ok(Outcome::Done);
         };
-        let cells = match view.cluster.and_then(|id| self.frontiers.get(id)) {
-            Some(cluster) => cluster.cells.clone(),
-            None => self.seen_from(view.base, &view.camera),
-        };
+        let next = self.choice_of(view, relaxed);
         if relaxed {
-            self.tried.extend(cells.iter().copied());
+            self.tried.extend(next.cells.iter().copied());
+        } else {
+            self.alternatives = self
+                .kept
+                .iter()
+                .filter(|v| (v.base, &v.camera) != (view.base, &view.camera))
+                .take(self.others)
+                .map(|v| self.choice_of(v, false))
+                .collect();
         }
-        let next = Choice {
-            base: view.base,
-            joints: view.state,
-            camera: view.camera,
-            info: view.gain.info,
-            relaxed,
-            cells,
-        };
         self.considered = Considered {
             views,
             chosen: Some(choice.candidate),
@@ -550,71 +583,19 @@ impl Targets {
         Ok(Outcome::Go(Box::new(next)))
     }
 
-    /// Of the views in the robot's region, and those from where it stands, those that soonest cover what all of them see; the views of
-    /// other regions stay as they are.
-    fn fewest(
-        &self,
-        whole: &Whole<'_>,
-        costs: &Costs<'_>,
-        robot: &([f64; 3], Joints),
-        (here, rate, before): ([f64; 2], f64, &[Look]),
-        views: Vec<Viewpoint<Joints>>,
-        effort: &mut viewsample::Effort,
-    ) -> Result<Vec<Viewpoint<Joints>>, String> {
-        let Some(regions) = &whole.mapper.regions else {
-            return Ok(views);
+    fn choice_of(&self, view: &Viewpoint<Joints>, relaxed: bool) -> Choice {
+        let cells = match view.cluster.and_then(|id| self.frontiers.get(id)) {
+            Some(cluster) if self.aimed == 0 => cluster.cells.clone(),
+            _ => self.seen_from(view.base, &view.camera),
         };
-        let region = regions.nearest_label(here);
-        let (mut near, mut kept): (Vec<_>, Vec<_>) = views
-            .into_iter()
-            .partition(|v| regions.nearest_label([v.base[0], v.base[1]]) == region);
-        let (turns, spent) = self
-            .sampler
-            .views_from(&[here], whole, costs, robot.0, &robot.1)
-            .map_err(|e| e.to_string())?;
-        *effort += spent;
-        near.extend(turns);
-        let (pace, ground) = (self.pace, &whole.mapper.ground);
-        let clear = 0.5 * whole.robot.base.width;
-        // Regions are nearly convex: the straight line is nearly the way, where it is free.
-        let meters = |a: &[f64; 3], b: &[f64; 3]| {
-            let length = (a[0] - b[0]).hypot(a[1] - b[1]);
-            let steps = (length / LINE_STEP) as usize;
-            let free = (1..steps).all(|k| {
-                let t = k as f64 / steps as f64;
-                let p = [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
-                ground.clearance(p) >= clear
-            });
-            if free {
-                length
-            } else {
-                DETOUR.0 * length + DETOUR.1
-            }
-        };
-        let (chosen, spent) = self
-            .sampler
-            .cover_by_rate(before, &near, self.threshold(), STAY, |from, to| {
-                let Some(from) = from else {
-                    return near[to].seconds;
-                };
-                let (a, b) = (&near[from], &near[to]);
-                let way = meters(&a.base, &b.base);
-                pace.seconds(way, (&a.base, &a.state), (&b.base, &b.state))
-            })
-            .map_err(|e| e.to_string())?;
-        *effort += spent;
-        let most = chosen.iter().map(|c| c.1.info).fold(0.0, f64::max);
-        for (index, gain) in chosen {
-            if gain.info < (self.cover_share * most).min(self.cover_most) {
-                continue;
-            }
-            let mut view = near[index].clone();
-            view.gain = gain;
-            if pays(&view, rate, self.rate_span) {
-                kept.push(view);
-            }
+        Choice {
+            base: view.base,
+            joints: view.state,
+            camera: view.camera,
+            info: view.gain.info,
+            relaxed,
+            cells,
         }
-        Ok(kept)
     }
 
     /// The inspection clusters that are left, as centre (m) and cells.

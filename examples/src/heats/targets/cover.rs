@@ -1,0 +1,163 @@
+//! Few views instead of many: those of the robot's region, of its place and aimed ones, thinned to what soonest covers all they see.
+
+use super::{Costs, Targets, pays};
+use crate::heats::body::{Joints, Whole};
+use crate::heats::glance::Look;
+use viewsample::{Aim, CostModel, Viewpoint};
+
+/// Time that a view takes beyond the way to it, s.
+const STAY: f64 = 0.3;
+/// Views of a cover at most: farther ahead all will have changed.
+const MOST: usize = 30;
+/// Least distance of the points at which a straight line is held against the map, m.
+const LINE_STEP: f64 = 0.2;
+/// How much longer than the blocked straight line a way is taken to be: a factor and metres.
+const DETOUR: (f64, f64) = (1.5, 0.5);
+
+impl Targets {
+    /// Least information a second in this round: first what pays well for its time, everywhere; the rest in later rounds.
+    pub(super) fn round<'v>(&self, views: impl IntoIterator<Item = &'v Viewpoint<Joints>>) -> f64 {
+        let best = views
+            .into_iter()
+            .map(|v| v.gain.info / (v.seconds.min(self.rate_span) + 0.5))
+            .fold(0.0, f64::max);
+        let rate = self.rates.iter().copied().find(|&rate| best >= rate);
+        rate.unwrap_or(0.0)
+    }
+
+    /// Of the views in the robot's region, and those from where it stands, those that soonest cover what all of them see; the views of
+    /// other regions stay as they are.
+    pub(super) fn fewest(
+        &mut self,
+        whole: &Whole<'_>,
+        costs: &Costs<'_>,
+        robot: &([f64; 3], Joints),
+        (here, before): ([f64; 2], &[Look]),
+        views: Vec<Viewpoint<Joints>>,
+        effort: &mut viewsample::Effort,
+    ) -> Result<Vec<Viewpoint<Joints>>, String> {
+        let Some(regions) = &whole.mapper.regions else {
+            return Ok(views);
+        };
+        let region = regions.nearest_label(here);
+        let (mut near, mut kept): (Vec<_>, Vec<_>) = views
+            .into_iter()
+            .partition(|v| regions.nearest_label([v.base[0], v.base[1]]) == region);
+        let (turns, spent) = self
+            .sampler
+            .views_from(&[here], whole, costs, robot.0, &robot.1)
+            .map_err(|e| e.to_string())?;
+        *effort += spent;
+        near.extend(turns);
+        if self.aimed > 0 {
+            let again: Vec<_> = self
+                .kept
+                .iter()
+                .filter(|v| regions.nearest_label([v.base[0], v.base[1]]) == region)
+                .filter(|v| viewsample::Robot::is_free(whole, v.base, &v.state))
+                .map(|v| Viewpoint {
+                    gain: self.sampler.gain_at(v.base, &v.camera).unwrap_or_default(),
+                    seconds: costs.seconds((&robot.0, &robot.1), (&v.base, &v.state)),
+                    ..v.clone()
+                })
+                .filter(|v| v.seconds.is_finite() && v.gain.info >= self.threshold())
+                .collect();
+            let mut places = vec![here];
+            places.extend(again.iter().map(|v| [v.base[0], v.base[1]]));
+            near.extend(again);
+            let map = &whole.mapper.map;
+            let ids: Vec<u64> = self
+                .frontiers
+                .clusters()
+                .filter(|c| self.held.contains(&c.id))
+                .filter(|c| {
+                    let p = [0, 1].map(|a| map.low()[a] + c.centroid[a] * map.cell_size());
+                    regions.nearest_label(p) == region
+                })
+                .map(|c| c.id)
+                .collect();
+            let aim = Aim {
+                seed: self.seed ^ self.decisions.wrapping_mul(0x2545_f491_4f6c_dd1d),
+                ..self.aims[0].clone()
+            };
+            let (aimed, spent) = self
+                .sampler
+                .aimed(&aim, &ids, &places, whole, costs, (&robot.0, &robot.1))
+                .map_err(|e| e.to_string())?;
+            *effort += spent;
+            near.extend(aimed);
+        }
+        let (pace, ground) = (self.pace, &whole.mapper.ground);
+        let clear = 0.5 * whole.robot.base.width;
+        // Regions are nearly convex: the straight line is nearly the way, where it is free.
+        let meters = |a: &[f64; 3], b: &[f64; 3]| {
+            let length = (a[0] - b[0]).hypot(a[1] - b[1]);
+            // As far at once as the room around a point says.
+            let mut at = 0.0;
+            let mut free = true;
+            while free && at < length {
+                let t = at / length;
+                let room = ground.clearance([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
+                free = at == 0.0 || room >= clear;
+                at += (room - clear).max(LINE_STEP);
+            }
+            if free {
+                length
+            } else {
+                DETOUR.0 * length + DETOUR.1
+            }
+        };
+        let (chosen, spent) = self
+            .sampler
+            .cover_by_rate(before, &near, MOST, self.threshold(), STAY, |from, to| {
+                let Some(from) = from else {
+                    return near[to].seconds;
+                };
+                let (a, b) = (&near[from], &near[to]);
+                let way = meters(&a.base, &b.base);
+                pace.seconds(way, (&a.base, &a.state), (&b.base, &b.state))
+            })
+            .map_err(|e| e.to_string())?;
+        *effort += spent;
+        let most = chosen.iter().map(|c| c.1.info).fold(0.0, f64::max);
+        self.kept.clear();
+        for (index, gain) in chosen {
+            self.kept.push(near[index].clone());
+            if gain.info < (self.cover_share * most).min(self.cover_most) {
+                continue;
+            }
+            let mut view = near[index].clone();
+            view.gain = gain;
+            kept.push(view);
+        }
+        // What a view adds to others may pay less than the view alone.
+        let rate = self.round(&kept);
+        kept.retain(|v| pays(v, rate, self.rate_span));
+        Ok(kept)
+    }
+
+    /// Views aimed at the clusters named that show something not tried yet.
+    pub(super) fn aimed_last(
+        &self,
+        ids: &[u64],
+        whole: &Whole<'_>,
+        costs: &Costs<'_>,
+        robot: &([f64; 3], Joints),
+        here: [f64; 2],
+    ) -> Result<(Vec<Viewpoint<Joints>>, viewsample::Effort), String> {
+        let aim = Aim {
+            seed: self.seed ^ self.decisions.wrapping_mul(0x2545_f491_4f6c_dd1d),
+            ..self.aims[1].clone()
+        };
+        let (mut views, effort) = self
+            .sampler
+            .aimed(&aim, ids, &[here], whole, costs, (&robot.0, &robot.1))
+            .map_err(|e| e.to_string())?;
+        views.retain(|v| {
+            self.seen_from(v.base, &v.camera)
+                .iter()
+                .any(|c| !self.tried.contains(c))
+        });
+        Ok((views, effort))
+    }
+}
