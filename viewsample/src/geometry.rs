@@ -43,7 +43,8 @@ impl Pose {
         }
     }
 
-    /// The same camera turned by `roll` (rad) around its optical axis: what was right of the image comes to its lower edge.
+    /// The same camera turned by `roll` (rad) around its optical axis: a quarter turn brings what was at the lower edge
+    /// of the image to its right.
     #[must_use]
     pub fn rolled(&self, roll: f64) -> Self {
         let (s, c) = roll.sin_cos();

@@ -411,6 +411,9 @@ proptest! {
             }
         }
         let straight = Pose::looking([0.3, -0.2, 1.1], yaw, pitch);
+        let below = [0, 1, 2].map(|a| straight.translation[a] + straight.rotation[a][1]);
+        let turned = straight.rolled(std::f64::consts::FRAC_PI_2).to_camera(below);
+        prop_assert!((turned[0] - 1.0).abs() < 1e-12 && turned[1].abs() < 1e-12);
         prop_assert!((0..3).all(|a| (straight.forward()[a] - camera.forward()[a]).abs() < 1e-12));
         let column = |pose: &Pose, j: usize| [0, 1, 2].map(|i: usize| pose.rotation[i][j]);
         let (turned, dot) = (camera.showing_ahead_at(at), |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| a[i] * b[i]).sum::<f64>());

@@ -147,6 +147,9 @@ impl viewsample::Robot for Whole<'_> {
         world_from_camera: &viewsample::Pose,
         near: &Joints,
     ) -> Option<Joints> {
+        if !self.base_is_free(base) {
+            return None;
+        }
         let frame =
             robots::Frame::from_rows(&world_from_camera.rotation, world_from_camera.translation);
         let found = self.robot.ik_camera_frame(base, &frame, near);

@@ -69,7 +69,8 @@ pub struct MapSettings {
     pub target: f64,
     /// Whether faces too narrow to carry a target, of rods and edges and slivers between them, need no inspection.
     pub skip_narrow: bool,
-    /// Whether strips one voxel wide between inspected faces need no inspection either.
+    /// Whether strips one voxel wide between inspected faces need no inspection either. Of a 0.16 m target in the middle of one
+    /// the images on both sides may each lack 1 cm with 0.1 m voxels and `target` as it is, and 3.5 cm with 0.15 m.
     pub skip_strips: bool,
     /// Probabilities of the sensor model: hit and miss.
     pub hit: f64,
@@ -173,7 +174,7 @@ pub struct ViewSettings {
     pub attitudes: Vec<(f64, f64, f64)>,
     /// Views aimed at single faces of each cluster of the robot's region, besides those of its library; 0 is the published rule.
     pub aimed: usize,
-    /// More attitudes for the last tries, in the same terms: for what is in sight of none of the others.
+    /// More attitudes for the last tries without aimed views (`aimed` 0), in the same terms: for what is in sight of none of the others.
     pub last_attitudes: Vec<(f64, f64, f64)>,
     /// Attitudes of a smaller elevation than this, up or down, hold the camera upright: rolled a quarter turn (degrees; 0 for none).
     /// Base and shoulder sweep the image sideways, so that its longer side covers more of a wall when it is upright: at 1.5 m, 2 m

@@ -1,6 +1,6 @@
 //! Few views instead of many: those of the robot's region, of its place and aimed ones, thinned to what soonest covers all they see.
 
-use super::{Costs, Targets, pays};
+use super::{Costs, Targets, rate_of};
 use crate::heats::body::{Joints, Whole};
 use crate::heats::glance::Look;
 use viewsample::{Aim, CostModel, Viewpoint};
@@ -19,14 +19,22 @@ impl Targets {
     pub(super) fn round<'v>(&self, views: impl IntoIterator<Item = &'v Viewpoint<Joints>>) -> f64 {
         let best = views
             .into_iter()
-            .map(|v| v.gain.info / (v.seconds.min(self.rate_span) + 0.5))
+            .map(|v| rate_of(v, self.rate_span))
             .fold(0.0, f64::max);
         let rate = self.rates.iter().copied().find(|&rate| best >= rate);
         rate.unwrap_or(0.0)
     }
 
-    /// Of the views in the robot's region, and those from where it stands, those that soonest cover what all of them see; the views of
-    /// other regions stay as they are.
+    /// How this decision aims views: 0 at first, 1 in the last tries; each decision draws anew.
+    fn aim(&self, stage: usize) -> Aim {
+        Aim {
+            seed: self.seed ^ self.decisions.wrapping_mul(0x2545_f491_4f6c_dd1d),
+            ..self.aims[stage].clone()
+        }
+    }
+
+    /// Of the views in the robot's region, those from where it stands, those of the last cover and newly aimed ones, the ones that
+    /// soonest cover what all of them see; the views of other regions stay as they are.
     pub(super) fn fewest(
         &mut self,
         whole: &Whole<'_>,
@@ -76,10 +84,7 @@ impl Targets {
                 })
                 .map(|c| c.id)
                 .collect();
-            let aim = Aim {
-                seed: self.seed ^ self.decisions.wrapping_mul(0x2545_f491_4f6c_dd1d),
-                ..self.aims[0].clone()
-            };
+            let aim = self.aim(0);
             let (aimed, spent) = self
                 .sampler
                 .aimed(&aim, &ids, &places, whole, costs, (&robot.0, &robot.1))
@@ -132,7 +137,7 @@ impl Targets {
         }
         // What a view adds to others may pay less than the view alone.
         let rate = self.round(&kept);
-        kept.retain(|v| pays(v, rate, self.rate_span));
+        kept.retain(|v| rate_of(v, self.rate_span) >= rate);
         Ok(kept)
     }
 
@@ -145,10 +150,7 @@ impl Targets {
         robot: &([f64; 3], Joints),
         here: [f64; 2],
     ) -> Result<(Vec<Viewpoint<Joints>>, viewsample::Effort), String> {
-        let aim = Aim {
-            seed: self.seed ^ self.decisions.wrapping_mul(0x2545_f491_4f6c_dd1d),
-            ..self.aims[1].clone()
-        };
+        let aim = self.aim(1);
         let (mut views, effort) = self
             .sampler
             .aimed(&aim, ids, &[here], whole, costs, (&robot.0, &robot.1))

@@ -20,6 +20,9 @@ use voxmap::CellBox;
 /// Voxel edge for which thresholds are given, m: smaller voxels ask for as many more.
 const REFERENCE_CELL: f64 = 0.15;
 
+/// Nearest that a camera is aimed at a face, m.
+const NEAREST: f64 = 0.3;
+
 /// Radius of the disc for which ways are measured: the base's half width with its clearance, m.
 fn disc(whole: &Whole<'_>) -> f64 {
     0.5 * whole.robot.base.width + whole.base_clearance
@@ -82,6 +85,41 @@ fn to_see(map: &voxmap::VoxelMap, kind: Kind, cells: Vec<Cell>) -> Vec<Cell> {
     out
 }
 
+/// A cluster as the sampler is told of it.
+struct Held {
+    id: u64,
+    kind: Kind,
+    /// What a view must see.
+    cells: Vec<Cell>,
+    /// Middle in the world, m.
+    centroid: [f64; 3],
+}
+
+impl Held {
+    /// `cells` are those of the cluster that are not given up.
+    fn new(map: &voxmap::VoxelMap, cluster: &frontier::Cluster, cells: Vec<Cell>) -> Self {
+        let (h, low) = (map.cell_size(), map.low());
+        Self {
+            id: cluster.id,
+            kind: cluster.kind,
+            cells: to_see(map, cluster.kind, cells),
+            centroid: [0, 1, 2].map(|a| low[a] + cluster.centroid[a] * h),
+        }
+    }
+
+    fn cluster(&self) -> Cluster<'_> {
+        Cluster {
+            id: self.id,
+            kind: match self.kind {
+                Kind::Exploration => viewsample::Kind::Exploration,
+                Kind::Inspection => viewsample::Kind::Inspection,
+            },
+            cells: &self.cells,
+            centroid: self.centroid,
+        }
+    }
+}
+
 /// Time to what can be reached and is not excluded; never for the rest.
 struct Costs<'a> {
     pace: &'a Pace,
@@ -101,9 +139,9 @@ impl CostModel<Joints> for Costs<'_> {
     }
 }
 
-/// Whether a view brings at least `rate` of information for each second of its way, of which no more than `span` s count.
-fn pays(view: &Viewpoint<Joints>, rate: f64, span: f64) -> bool {
-    view.gain.info >= rate * (view.seconds.min(span) + 0.5)
+/// Information that a view brings for each second of its way, of which no more than `span` s count.
+fn rate_of(view: &Viewpoint<Joints>, span: f64) -> f64 {
+    view.gain.info / (view.seconds.min(span) + 0.5)
 }
 
 /// The planner's state.
@@ -253,10 +291,13 @@ impl Targets {
                 (3, v.relaxed_threshold, 300, 6),
             ]
             .map(|(views, threshold, tries, bases)| Aim {
-                distance: (0.3, (inspect_range - 0.3).min(2.5)),
+                // From where the arm can just hold a camera to where a target still fills enough of the image.
+                distance: (NEAREST, (inspect_range - 0.3).clamp(NEAREST, 2.5)),
+                // A little steeper than what counts, for the controller's sake.
                 tilt: (settings.map.inspect_incidence - 4.0)
                     .clamp(1.0, 75.0)
                     .to_radians(),
+                // What a UR5e on its pedestal reaches with the camera, generously: the arm itself decides.
                 heights: (0.15, 1.7),
                 reach: (0.66, 1.05),
                 views,
@@ -301,10 +342,8 @@ impl Targets {
         let boxes: Vec<(Cell, Cell)> = boxes.into_iter().map(|b| (b.low, b.high)).collect();
         let (update, _) = watch.time(Stage::Frontier, || self.frontiers.update(map, &boxes));
         let (result, _) = watch.time(Stage::Viewpoints, || {
-            let h = map.cell_size();
-            let low = map.low();
             // Given-up cells are no frontier for the sampler.
-            let mut kept: Vec<(u64, Kind, Vec<Cell>, [f64; 3])> = Vec::new();
+            let mut kept: Vec<Held> = Vec::new();
             let mut gone: Vec<u64> = update
                 .removed
                 .iter()
@@ -327,24 +366,12 @@ impl Targets {
                     }
                     continue;
                 }
-                let centroid = [0, 1, 2].map(|a| low[a] + c.centroid[a] * h);
                 self.held.insert(*id);
-                kept.push((*id, c.kind, to_see(map, c.kind, cells), centroid));
+                kept.push(Held::new(map, c, cells));
             }
             gone.sort_unstable();
             gone.dedup();
-            let added: Vec<Cluster<'_>> = kept
-                .iter()
-                .map(|(id, kind, cells, centroid)| Cluster {
-                    id: *id,
-                    kind: match kind {
-                        Kind::Exploration => viewsample::Kind::Exploration,
-                        Kind::Inspection => viewsample::Kind::Inspection,
-                    },
-                    cells,
-                    centroid: *centroid,
-                })
-                .collect();
+            let added: Vec<Cluster<'_>> = kept.iter().map(Held::cluster).collect();
             self.sampler.update(
                 map,
                 &Changes {
@@ -385,8 +412,7 @@ impl Targets {
     /// The sampler's own message.
     pub fn drop_given_up(&mut self, whole: &Whole<'_>, failures: &Failures) -> Result<(), String> {
         let map = &whole.mapper.map;
-        let (h, low) = (map.cell_size(), map.low());
-        let mut kept: Vec<(u64, Kind, Vec<Cell>, [f64; 3])> = Vec::new();
+        let mut kept: Vec<Held> = Vec::new();
         let mut gone = Vec::new();
         for c in self.frontiers.clusters() {
             if !self.held.contains(&c.id) || !c.cells.iter().any(|&c| failures.is_given_up(c)) {
@@ -401,25 +427,13 @@ impl Targets {
             if cells.len() < 3 {
                 gone.push(c.id);
             } else {
-                let centroid = [0, 1, 2].map(|a| low[a] + c.centroid[a] * h);
-                kept.push((c.id, c.kind, to_see(map, c.kind, cells), centroid));
+                kept.push(Held::new(map, c, cells));
             }
         }
         for id in &gone {
             self.held.remove(id);
         }
-        let added: Vec<Cluster<'_>> = kept
-            .iter()
-            .map(|(id, kind, cells, centroid)| Cluster {
-                id: *id,
-                kind: match kind {
-                    Kind::Exploration => viewsample::Kind::Exploration,
-                    Kind::Inspection => viewsample::Kind::Inspection,
-                },
-                cells,
-                centroid: *centroid,
-            })
-            .collect();
+        let added: Vec<Cluster<'_>> = kept.iter().map(Held::cluster).collect();
         self.sampler
             .update(
                 map,
@@ -466,7 +480,7 @@ impl Targets {
         let mut views = found.views;
         if !self.cover {
             let rate = self.round(&views);
-            views.retain(|v| pays(v, rate, self.rate_span));
+            views.retain(|v| rate_of(v, self.rate_span) >= rate);
         }
         if self.cover && (self.aimed > 0 || !views.is_empty()) {
             let costs = Costs {
