@@ -33,9 +33,9 @@ pub struct HeatsArgs {
     /// Embedded scene (office, maze, lab, closet) or path of a search-scene/1 file.
     #[arg(long, default_value = "office")]
     pub scene: String,
-    /// Planner. Built so far: heats.
-    #[arg(long, default_value = "heats")]
-    pub planner: String,
+    /// Planner: heats-plus (ours), or heats (as published) [default: heats-plus].
+    #[arg(long)]
+    pub planner: Option<String>,
     /// Sensors that may be used [default: both].
     #[arg(long)]
     pub sensors: Option<SensorsArg>,

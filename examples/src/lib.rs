@@ -11,6 +11,7 @@ pub mod record;
 pub mod report;
 pub mod scene;
 pub mod sim;
+mod tree;
 
 /// The code of the README is tested.
 #[cfg(doctest)]

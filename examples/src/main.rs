@@ -8,7 +8,7 @@ use seekplan::cli::{
     SensorsArg,
 };
 use seekplan::flap::{self, FlapSettings, MapKind};
-use seekplan::heats::{self, Sensors, Settings};
+use seekplan::heats::{self, Planner, Sensors, Settings};
 use seekplan::record::{self, Ended, Ground, JsonLines, Recorder, ReportError, Silent};
 use seekplan::report::{ProgressLine, Status};
 use seekplan::scene::Scene;
@@ -64,15 +64,38 @@ fn check(name: &str) -> Result<ExitCode, String> {
 }
 
 fn settings_of(args: &HeatsArgs) -> Result<Settings, String> {
+    let planner = match &args.planner {
+        None => None,
+        Some(name) => Some(
+            Planner::ALL
+                .into_iter()
+                .find(|p| p.name() == name)
+                .ok_or_else(|| {
+                    let names = Planner::ALL.map(Planner::name).join(", ");
+                    format!("no planner is called {name:?}; there are {names}")
+                })?,
+        ),
+    };
     let mut settings = match &args.config {
         None => Settings {
             seed: 1,
-            ..Settings::default()
+            ..Settings::of(planner.unwrap_or_default()).map_err(|e| e.to_string())?
         },
         Some(path) => {
             let text = std::fs::read_to_string(path)
                 .map_err(|e| format!("cannot read {}: {e}", path.display()))?;
-            Settings::from_toml(&text).map_err(|e| e.to_string())?
+            match planner {
+                None => Settings::from_toml(&text),
+                Some(planner) => {
+                    Settings::of(planner)
+                        .and_then(|s| s.overlaid(&text))
+                        .map(|settings| Settings {
+                            planner,
+                            ..settings
+                        })
+                }
+            }
+            .map_err(|e| e.to_string())?
         }
     };
     settings = settings
@@ -95,19 +118,6 @@ fn settings_of(args: &HeatsArgs) -> Result<Settings, String> {
 }
 
 fn run_heats(args: &HeatsArgs) -> Result<ExitCode, String> {
-    match args.planner.as_str() {
-        "heats" => {}
-        planner @ ("heats-plus" | "aep" | "wg-nbv") => {
-            return Err(format!(
-                "planner {planner} is not built yet; built so far: heats"
-            ));
-        }
-        planner => {
-            return Err(format!(
-                "no planner is called {planner}; built so far: heats"
-            ));
-        }
-    }
     let settings = settings_of(args)?;
     let scene = Scene::open(&args.scene).map_err(|e| e.to_string())?;
 

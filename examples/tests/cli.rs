@@ -20,13 +20,50 @@ fn refused(args: &[&str], words: &[&str]) {
 }
 
 #[test]
-fn planners_not_built_yet_are_refused_by_name() {
+fn unknown_planners_are_refused_with_the_list_of_what_exists() {
     refused(
-        &["heats", "--planner", "heats-plus"],
-        &["heats-plus", "not built yet", "heats"],
+        &["heats", "--planner", "magic"],
+        &["magic", "heats-plus", "heats"],
     );
-    refused(&["heats", "--planner", "aep"], &["aep", "not built yet"]);
-    refused(&["heats", "--planner", "magic"], &["magic"]);
+}
+
+#[test]
+fn the_published_rules_are_embedded() {
+    let folder = std::env::temp_dir().join(format!("seekplan-preset-{}", std::process::id()));
+    let result = |args: &[&str]| -> serde_json::Value {
+        let out = folder.to_string_lossy().into_owned();
+        let fixed = ["heats", "--scene=closet", "--time-limit=0", "--no-record"];
+        let run = seekplan(&[&fixed, args, &["--quiet", "--out", &out]].concat());
+        assert!(run.status.success(), "{args:?}");
+        serde_json::from_str(&std::fs::read_to_string(folder.join("result.json")).unwrap()).unwrap()
+    };
+    let settings = |result: &serde_json::Value| -> toml::Table {
+        toml::from_str(result["settings"].as_str().unwrap()).unwrap()
+    };
+    let decay = |result| {
+        settings(result)["views"]["motion_decay"]
+            .as_float()
+            .unwrap()
+    };
+    let ours = result(&[]);
+    assert_eq!(ours["planner"], "heats-plus");
+    assert!(decay(&ours) < 0.5);
+    let published = result(&["--planner", "heats", "--set", "views.threshold=3"]);
+    assert_eq!(published["planner"], "heats");
+    assert!((decay(&published) - 0.5).abs() < 1e-12);
+    let threshold = &settings(&published)["views"]["threshold"];
+    assert!((threshold.as_float().unwrap() - 3.0).abs() < 1e-12);
+    // A file on top of the preset; the planner it names is overruled by the command line's.
+    std::fs::write(
+        folder.join("own.toml"),
+        "planner = \"heats-plus\"\n[views]\nthreshold = 5.0",
+    )
+    .unwrap();
+    let own = folder.join("own.toml").to_string_lossy().into_owned();
+    let both = result(&["--planner", "heats", "--config", &own]);
+    assert_eq!(both["planner"], "heats");
+    assert!((decay(&both) - 0.5).abs() < 1e-12);
+    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]

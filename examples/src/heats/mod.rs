@@ -25,7 +25,7 @@ pub use motion::{BodyPath, Failure, MotionParams};
 pub use pace::Pace;
 pub use search::{HeatsError, Run, run, run_recorded};
 pub use settings::{
-    DecisionSettings, FrontierSettings, MapSettings, MotionSettings, PlanningTime, Sensors,
-    Settings, SettingsError, ViewSettings,
+    DecisionSettings, FrontierSettings, MapSettings, MotionSettings, Planner, PlanningTime,
+    Sensors, Settings, SettingsError, ViewSettings,
 };
 pub use targets::{Choice, Targets};

@@ -1,8 +1,37 @@
 //! Every setting of a HEATS run, with the published value or a founded default.
 //!
-//! A config file is this struct as TOML; `--set views.motion_decay=0.4` sets one field. Unknown names fail.
+//! A config file is this struct as TOML; `--set views.motion_decay=0.4` sets one field. Unknown names fail. What a file leaves out
+//! has the value of its `planner`.
 
+use crate::tree::{assign, overlay};
 use serde::{Deserialize, Serialize};
+
+/// The published rules, as far as they differ from the defaults.
+const PUBLISHED: &str = include_str!("../../presets/published.toml");
+
+/// Which rules a search follows where nothing else is set.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Planner {
+    /// Ours: the defaults of this module.
+    #[default]
+    HeatsPlus,
+    /// The rules and figures that the HEATS paper gives or implies (`presets/published.toml`).
+    Heats,
+}
+
+impl Planner {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::HeatsPlus, Self::Heats];
+
+    /// Its name on the command line and in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::HeatsPlus => "heats-plus",
+            Self::Heats => "heats",
+        }
+    }
+}
 
 /// Which sensors the planner and the map may use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,6 +59,8 @@ pub enum PlanningTime {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
+    /// Whose rules these are; results bear its name.
+    pub planner: Planner,
     /// Which sensors are used.
     pub sensors: Sensors,
     /// Seed of everything random.
@@ -373,12 +404,43 @@ pub enum SettingsError {
 }
 
 impl Settings {
-    /// Reads a config file's text.
+    /// The rules of a planner, with seed 0.
+    ///
+    /// # Errors
+    /// [`SettingsError::Parse`] if the preset in this build were broken, which a test rules out.
+    pub fn of(planner: Planner) -> Result<Self, SettingsError> {
+        match planner {
+            Planner::HeatsPlus => Ok(Self::default()),
+            Planner::Heats => Self::default().overlaid(PUBLISHED),
+        }
+    }
+
+    /// Reads a config file's text; what it does not name has the value of its `planner`.
     ///
     /// # Errors
     /// [`SettingsError::Parse`] for malformed text, unknown fields or wrong types.
     pub fn from_toml(text: &str) -> Result<Self, SettingsError> {
-        toml::from_str(text).map_err(|e| SettingsError::Parse(e.to_string()))
+        /// The planner alone, whatever else the text holds.
+        #[derive(Default, Deserialize)]
+        #[serde(default)]
+        struct Head {
+            planner: Planner,
+        }
+        let head: Head = toml::from_str(text).map_err(|e| SettingsError::Parse(e.to_string()))?;
+        Self::of(head.planner)?.overlaid(text)
+    }
+
+    /// These settings with what a config file's text names in place of their own.
+    ///
+    /// # Errors
+    /// [`SettingsError::Parse`] for malformed text, unknown fields or wrong types.
+    pub fn overlaid(&self, text: &str) -> Result<Self, SettingsError> {
+        let parse = |e: toml::de::Error| SettingsError::Parse(e.to_string());
+        // By itself first: its errors then name line and column.
+        let _: Self = toml::from_str(text).map_err(parse)?;
+        let mut tree: toml::Table = toml::from_str(&self.to_toml()).map_err(parse)?;
+        overlay(&mut tree, toml::from_str(text).map_err(parse)?);
+        tree.try_into().map_err(parse)
     }
 
     /// The settings as TOML text that [`from_toml`](Self::from_toml) reads back.
@@ -397,40 +459,10 @@ impl Settings {
         let mut tree: toml::Table =
             toml::from_str(&self.to_toml()).map_err(|e| SettingsError::Parse(e.to_string()))?;
         for assignment in assignments {
-            let (key, value) = assignment
-                .split_once('=')
-                .ok_or_else(|| SettingsError::Assignment(assignment.to_owned()))?;
-            let (key, value) = (key.trim(), value.trim());
-            // A bare word is a string, anything else is TOML.
-            let value: toml::Value = toml::from_str::<toml::Table>(&format!("v = {value}"))
-                .ok()
-                .and_then(|mut t| t.remove("v"))
-                .unwrap_or_else(|| toml::Value::String(value.to_owned()));
-            let mut table = &mut tree;
-            let mut parts = key.split('.').peekable();
-            while let Some(part) = parts.next() {
-                if parts.peek().is_none() {
-                    // Whole numbers stand for floats where the field is one.
-                    let value = match (table.get(part), value) {
-                        (Some(toml::Value::Float(_)), toml::Value::Integer(i)) => {
-                            toml::Value::Float(i as f64)
-                        }
-                        (_, value) => value,
-                    };
-                    table.insert(part.to_owned(), value);
-                    break;
-                }
-                table = table
-                    .entry(part)
-                    .or_insert_with(|| toml::Value::Table(toml::Table::new()))
-                    .as_table_mut()
-                    .ok_or_else(|| {
-                        SettingsError::Parse(format!("{key}: {part} is a value, not a section"))
-                    })?;
-            }
+            assign(&mut tree, assignment)?;
         }
         let text = toml::to_string(&tree).map_err(|e| SettingsError::Parse(e.to_string()))?;
-        Self::from_toml(&text)
+        toml::from_str(&text).map_err(|e| SettingsError::Parse(e.to_string()))
     }
 
     /// Checks every range.
@@ -583,5 +615,44 @@ impl Settings {
         not_negative("motion.base_clearance", self.motion.base_clearance)?;
         positive("motion.barrier[0]", self.motion.barrier.0)?;
         positive("motion.barrier[1]", self.motion.barrier.1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_preset_is_read_and_is_not_the_default() {
+        let heats = Settings::of(Planner::Heats).expect("embedded");
+        assert_eq!(heats.validate(), Ok(()));
+        assert_eq!(heats.planner, Planner::Heats);
+        assert!((heats.views.motion_decay - 0.5).abs() < 1e-12);
+        assert_eq!(heats.motion.knots, Settings::default().motion.knots);
+        assert_eq!(Settings::from_toml(PUBLISHED), Ok(heats));
+    }
+
+    #[test]
+    fn a_file_overlays_the_planner_it_names() {
+        let text = "planner = \"heats\"\nseed = 3\n[views]\nthreshold = 3.0";
+        let settings = Settings::from_toml(text).expect("valid");
+        let mut wanted = Settings::of(Planner::Heats).expect("embedded");
+        wanted.seed = 3;
+        wanted.views.threshold = 3.0;
+        assert_eq!(settings, wanted);
+        assert_eq!(Settings::from_toml(&wanted.to_toml()), Ok(wanted));
+        assert!(Settings::from_toml("planner = \"magic\"").is_err());
+        assert!(Settings::from_toml("[views]\nthreshhold = 3.0").is_err());
+    }
+
+    #[test]
+    fn assignments_reach_every_depth() {
+        let set = |text| Settings::default().with([text]);
+        assert_eq!(set("seed=7").map(|s| s.seed), Ok(7));
+        assert_eq!(set("views.threshold=3").map(|s| s.views.threshold), Ok(3.0));
+        assert_eq!(set("planner=heats").map(|s| s.planner), Ok(Planner::Heats));
+        for wrong in ["views", "seed.x=1", "views.x=1", "seed=-1"] {
+            assert!(set(wrong).is_err(), "{wrong}");
+        }
     }
 }

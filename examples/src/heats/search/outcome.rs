@@ -118,7 +118,7 @@ impl Search<'_> {
         let result = RunResult {
             schema: SCHEMA.to_owned(),
             system: "heats".to_owned(),
-            planner: "heats".to_owned(),
+            planner: self.settings.planner.name().to_owned(),
             sensors: match self.settings.sensors {
                 Sensors::Both => "both".to_owned(),
                 Sensors::Camera => "camera".to_owned(),

@@ -87,7 +87,7 @@ impl<'a> Tap<'a> {
                 schema: RECORD_SCHEMA.to_owned(),
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 system: "heats".to_owned(),
-                planner: "heats".to_owned(),
+                planner: settings.planner.name().to_owned(),
                 sensors: match settings.sensors {
                     Sensors::Both => "both".to_owned(),
                     Sensors::Camera => "camera".to_owned(),
