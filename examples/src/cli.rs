@@ -33,7 +33,7 @@ pub struct HeatsArgs {
     /// Embedded scene (office, maze, lab, closet) or path of a search-scene/1 file.
     #[arg(long, default_value = "office")]
     pub scene: String,
-    /// Planner: heats-plus (ours), or heats (as published) [default: heats-plus].
+    /// Planner: heats-plus (ours), heats (as published), aep or wg-nbvp (camera alone) [default: heats-plus].
     #[arg(long)]
     pub planner: Option<String>,
     /// Sensors that may be used [default: both].

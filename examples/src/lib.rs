@@ -1,7 +1,8 @@
 //! Robots that search: HEATS and its competitors, end to end in a built-in simulator.
 //!
-//! [`scene`] and [`sim`] make the world, [`heats`] and [`flap`] search it, [`record`] keeps what happened, [`cli`] is the command line.
+//! [`scene`] and [`sim`] make the world, [`heats`], [`flap`] and [`baselines`] search it, [`record`] keeps what happened, [`cli`] is the command line.
 
+pub mod baselines;
 pub mod bench;
 pub mod cli;
 pub mod clock;

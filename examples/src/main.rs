@@ -2,6 +2,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use clap::Parser;
+use seekplan::baselines::{self, Baseline, BaselineSettings};
 use seekplan::bench::{self, Campaign};
 use seekplan::cli::{
     BenchArgs, Cli, Command, FlapArgs, HeatsArgs, MapArg, ModeArg, ReportArgs, SceneAction,
@@ -63,70 +64,112 @@ fn check(name: &str) -> Result<ExitCode, String> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn settings_of(args: &HeatsArgs) -> Result<Settings, String> {
-    let planner = match &args.planner {
-        None => None,
-        Some(name) => Some(
-            Planner::ALL
-                .into_iter()
-                .find(|p| p.name() == name)
-                .ok_or_else(|| {
-                    let names = Planner::ALL.map(Planner::name).join(", ");
-                    format!("no planner is called {name:?}; there are {names}")
-                })?,
-        ),
+/// A planner of `seekplan heats` by its name.
+#[derive(Clone, Copy)]
+enum Which {
+    Heats(Planner),
+    Baseline(Baseline),
+}
+
+impl Which {
+    fn named(name: &str) -> Result<Self, String> {
+        let heats = Planner::ALL.map(|p| (p.name(), Self::Heats(p)));
+        let baselines = Baseline::ALL.map(|b| (b.name(), Self::Baseline(b)));
+        let all = || heats.iter().chain(&baselines);
+        all()
+            .find(|(n, _)| *n == name)
+            .map(|(_, which)| *which)
+            .ok_or_else(|| {
+                let names: Vec<&str> = all().map(|(n, _)| *n).collect();
+                format!(
+                    "no planner is called {name:?}; there are {}",
+                    names.join(", ")
+                )
+            })
+    }
+}
+
+/// The planner of a config file, if it names one.
+fn named_in(text: &str) -> Option<String> {
+    let table: toml::Table = toml::from_str(text).ok()?;
+    Some(table.get("planner")?.as_str()?.to_owned())
+}
+
+/// Settings and planner of `seekplan heats`.
+enum Chosen {
+    Heats(Box<Settings>),
+    Baseline(Box<BaselineSettings>),
+}
+
+fn chosen(args: &HeatsArgs) -> Result<Chosen, String> {
+    let text = match &args.config {
+        None => String::new(),
+        Some(path) => std::fs::read_to_string(path)
+            .map_err(|e| format!("cannot read {}: {e}", path.display()))?,
     };
-    let mut settings = match &args.config {
-        None => Settings {
-            seed: 1,
-            ..Settings::of(planner.unwrap_or_default()).map_err(|e| e.to_string())?
-        },
-        Some(path) => {
-            let text = std::fs::read_to_string(path)
-                .map_err(|e| format!("cannot read {}: {e}", path.display()))?;
-            match planner {
-                None => Settings::from_toml(&text),
-                Some(planner) => {
-                    Settings::of(planner)
-                        .and_then(|s| s.overlaid(&text))
-                        .map(|settings| Settings {
-                            planner,
-                            ..settings
-                        })
-                }
+    let name = args.planner.clone().or_else(|| named_in(&text));
+    let sets = || args.set.iter().map(String::as_str);
+    match Which::named(name.as_deref().unwrap_or(Planner::default().name()))? {
+        Which::Heats(planner) => {
+            let first = Settings {
+                seed: 1,
+                ..Settings::of(planner).map_err(|e| e.to_string())?
+            };
+            let mut settings = Settings {
+                planner,
+                ..first.overlaid(&text).map_err(|e| e.to_string())?
             }
-            .map_err(|e| e.to_string())?
+            .with(sets())
+            .map_err(|e| e.to_string())?;
+            if let Some(sensors) = args.sensors {
+                settings.sensors = match sensors {
+                    SensorsArg::Both => Sensors::Both,
+                    SensorsArg::Camera => Sensors::Camera,
+                };
+            }
+            settings.seed = args.seed.unwrap_or(settings.seed);
+            settings.time_limit = args.time_limit.or(settings.time_limit);
+            settings.validate().map_err(|e| e.to_string())?;
+            Ok(Chosen::Heats(Box::new(settings)))
         }
-    };
-    settings = settings
-        .with(args.set.iter().map(String::as_str))
-        .map_err(|e| e.to_string())?;
-    if let Some(sensors) = args.sensors {
-        settings.sensors = match sensors {
-            SensorsArg::Both => Sensors::Both,
-            SensorsArg::Camera => Sensors::Camera,
-        };
+        Which::Baseline(planner) => {
+            if args.sensors == Some(SensorsArg::Both) {
+                return Err(format!(
+                    "planner {} sees with the camera alone; leave out --sensors both",
+                    planner.name()
+                ));
+            }
+            let mut settings = BaselineSettings {
+                planner,
+                ..BaselineSettings::from_toml(&text).map_err(|e| e.to_string())?
+            }
+            .with(sets())
+            .map_err(|e| e.to_string())?;
+            settings.seed = args.seed.unwrap_or(settings.seed);
+            settings.time_limit = args.time_limit.or(settings.time_limit);
+            settings.validate().map_err(|e| e.to_string())?;
+            Ok(Chosen::Baseline(Box::new(settings)))
+        }
     }
-    if let Some(seed) = args.seed {
-        settings.seed = seed;
-    }
-    if args.time_limit.is_some() {
-        settings.time_limit = args.time_limit;
-    }
-    settings.validate().map_err(|e| e.to_string())?;
-    Ok(settings)
 }
 
 fn run_heats(args: &HeatsArgs) -> Result<ExitCode, String> {
-    let settings = settings_of(args)?;
+    let chosen = chosen(args)?;
     let scene = Scene::open(&args.scene).map_err(|e| e.to_string())?;
 
     let stop = stop_on_interrupt()?;
     let mut line = ProgressLine::new(args.quiet);
     let mut recorder = recorder(args.no_record, &args.out);
     let mut show = |status: &Status<'_>| line.show(status);
-    let run = heats::run_recorded(&scene, &settings, &stop, &mut show, recorder.as_mut())
-        .map_err(|e| e.to_string())?;
+    let run = match &chosen {
+        Chosen::Heats(settings) => {
+            heats::run_recorded(&scene, settings, &stop, &mut show, recorder.as_mut())
+        }
+        Chosen::Baseline(settings) => {
+            baselines::run_recorded(&scene, settings, &stop, &mut show, recorder.as_mut())
+        }
+    }
+    .map_err(|e| e.to_string())?;
     line.finish();
     let mut files = record::write(&args.out, &run.result, &Ground::of(&scene), &run.trace)
         .map_err(|e| e.to_string())?;

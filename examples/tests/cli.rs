@@ -23,7 +23,19 @@ fn refused(args: &[&str], words: &[&str]) {
 fn unknown_planners_are_refused_with_the_list_of_what_exists() {
     refused(
         &["heats", "--planner", "magic"],
-        &["magic", "heats-plus", "heats"],
+        &["magic", "heats-plus", "heats", "aep", "wg-nbvp"],
+    );
+    refused(
+        &["heats", "--planner", "aep", "--sensors", "both"],
+        &["aep", "camera alone"],
+    );
+    refused(
+        &["heats", "--planner", "aep", "--set", "views.threshold=3"],
+        &["views"],
+    );
+    refused(
+        &["heats", "--planner", "wg-nbvp", "--set", "wg_nbvp.step=-1"],
+        &["wg_nbvp.step", "-1"],
     );
 }
 

@@ -22,8 +22,11 @@ pub use decision::{Considered, Stand, Ways, decide};
 pub use failures::Failures;
 pub use mapping::Mapper;
 pub use motion::{BodyPath, Failure, MotionParams};
+pub(crate) use motion::{STEP, is_clear, plan_arm, plan_base};
 pub use pace::Pace;
+pub(crate) use pace::trapezoid;
 pub use search::{HeatsError, Run, run, run_recorded};
+pub(crate) use search::{Tap, map_layer};
 pub use settings::{
     DecisionSettings, FrontierSettings, MapSettings, MotionSettings, Planner, PlanningTime,
     Sensors, Settings, SettingsError, ViewSettings,

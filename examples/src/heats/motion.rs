@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use strrt::{Status, steps_needed};
 
 /// Time between states of a path, s.
-pub(super) const STEP: f64 = 0.1;
+pub(crate) const STEP: f64 = 0.1;
 /// States of base and arm at equal times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyPath {
@@ -85,7 +85,7 @@ impl strrt::Robot<6> for ArmOnBase<'_> {
 
 /// The base path, planned once and timed.
 #[derive(Clone, Debug)]
-pub(super) struct BasePath {
+pub(crate) struct BasePath {
     /// Poses at equal times.
     pub poses: Vec<[f64; 3]>,
     /// Nodes expanded for it.
@@ -96,7 +96,7 @@ pub(super) struct BasePath {
 ///
 /// # Errors
 /// The planner's reason in words.
-pub(super) fn plan_base(
+pub(crate) fn plan_base(
     planner: &mut Planner,
     whole: &Whole<'_>,
     params: &MotionParams,
@@ -218,7 +218,7 @@ pub(super) fn turn_on(base: &mut Vec<[f64; 3]>, turn: f64, limits: &Limits) {
 ///
 /// # Errors
 /// The planner's reason in words.
-pub(super) fn plan_arm(
+pub(crate) fn plan_arm(
     whole: &Whole<'_>,
     params: &MotionParams,
     base: &[[f64; 3]],
@@ -261,7 +261,7 @@ pub(super) fn plan_arm(
 }
 
 /// Whether the rest of a path, from a time on, keeps at least `margin` of room, looked at every 0.2 s.
-pub(super) fn is_clear(whole: &Whole<'_>, path: &BodyPath, from: f64, margin: f64) -> bool {
+pub(crate) fn is_clear(whole: &Whole<'_>, path: &BodyPath, from: f64, margin: f64) -> bool {
     let first = (from / STEP) as usize;
     let last = path.base.len() - 1;
     (first..=last)

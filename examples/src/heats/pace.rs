@@ -25,7 +25,7 @@ pub struct Pace {
 }
 
 /// Rest to rest over a distance at a top speed and an acceleration.
-pub(super) fn trapezoid(distance: f64, speed: f64, acceleration: f64) -> f64 {
+pub(crate) fn trapezoid(distance: f64, speed: f64, acceleration: f64) -> f64 {
     if distance * acceleration >= speed * speed {
         distance / speed + speed / acceleration
     } else {

@@ -28,10 +28,11 @@ use crate::sim::{
     TagCamera, TagDetector, World,
 };
 use hybrid_astar::{GoalYaw, Limits, Planner};
+pub(crate) use outcome::map_layer;
 use robots::{BodyState, MobileManipulator};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tap::Tap;
+pub(crate) use tap::Tap;
 use viewsample::Pose;
 use voxmap::{Ball, Camera, Ground};
 

@@ -44,38 +44,6 @@ impl Search<'_> {
         });
     }
 
-    pub(super) fn map_layer(&self) -> MapLayer {
-        let ground = &self.mapper.ground;
-        let map = &self.mapper.map;
-        let [nx, ny] = ground.size();
-        let mut coverage = Vec::with_capacity(nx * ny);
-        let mut regions = Vec::with_capacity(nx * ny);
-        for y in 0..ny as i32 {
-            for x in 0..nx as i32 {
-                let column = |test: &dyn Fn([i32; 3]) -> bool| {
-                    (0..map.size()[2] as i32).any(|z| test([x, y, z]))
-                };
-                coverage.push(if column(&|c| map.is_inspected(c)) {
-                    Coverage::Inspected
-                } else if column(&|c| map.is_occupied(c)) {
-                    Coverage::Occupied
-                } else if ground.ground([x, y]) == Ground::Free {
-                    Coverage::Free
-                } else {
-                    Coverage::Unknown
-                });
-                regions.push(self.mapper.regions.as_ref().and_then(|r| r.label([x, y])));
-            }
-        }
-        MapLayer {
-            cell_size: ground.cell_size(),
-            low: ground.low(),
-            size: [nx, ny],
-            coverage,
-            regions,
-        }
-    }
-
     pub(super) fn finish(mut self, ended: Ended, lap: Lap) -> Run {
         let now = self.sim.time();
         self.sample(now);
@@ -156,10 +124,43 @@ impl Search<'_> {
                 stages,
             },
         };
-        self.trace.map = Some(self.map_layer());
+        self.trace.map = Some(map_layer(&self.mapper));
         Run {
             result,
             trace: std::mem::take(&mut self.trace),
         }
+    }
+}
+
+/// The map seen from above.
+pub(crate) fn map_layer(mapper: &Mapper) -> MapLayer {
+    let ground = &mapper.ground;
+    let map = &mapper.map;
+    let [nx, ny] = ground.size();
+    let mut coverage = Vec::with_capacity(nx * ny);
+    let mut regions = Vec::with_capacity(nx * ny);
+    for y in 0..ny as i32 {
+        for x in 0..nx as i32 {
+            let column = |test: &dyn Fn([i32; 3]) -> bool| {
+                (0..map.size()[2] as i32).any(|z| test([x, y, z]))
+            };
+            coverage.push(if column(&|c| map.is_inspected(c)) {
+                Coverage::Inspected
+            } else if column(&|c| map.is_occupied(c)) {
+                Coverage::Occupied
+            } else if ground.ground([x, y]) == Ground::Free {
+                Coverage::Free
+            } else {
+                Coverage::Unknown
+            });
+            regions.push(mapper.regions.as_ref().and_then(|r| r.label([x, y])));
+        }
+    }
+    MapLayer {
+        cell_size: ground.cell_size(),
+        low: ground.low(),
+        size: [nx, ny],
+        coverage,
+        regions,
     }
 }

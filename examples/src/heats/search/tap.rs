@@ -4,8 +4,9 @@ use super::*;
 use crate::clock::Stage;
 use crate::record::{
     Begin, Candidate, CellRuns, CellState, CycleEvent, DecisionEvent, Event, FoundEvent,
-    FrontierShape, FrontiersEvent, GivenUpEvent, GridShape, HorizonEvent, PlanEvent, PoseEvent,
-    ProgressEvent, RECORD_SCHEMA, RegionsEvent, RobotShape, ScanEvent, StageCycle, View, round,
+    FrontierShape, FrontiersEvent, GivenUp, GivenUpEvent, GridShape, HorizonEvent, PlanEvent,
+    PoseEvent, ProgressEvent, RECORD_SCHEMA, RegionsEvent, RobotShape, ScanEvent, StageCycle, View,
+    round,
 };
 use crate::scene::Tag;
 use crate::sim::{CameraPose, Detection, PointScan, State};
@@ -24,7 +25,7 @@ const HORIZON_PERIOD: f64 = 0.4;
 const PLAN_STRIDE: usize = 3;
 
 /// The recorder, and what it was told last.
-pub(super) struct Tap<'a> {
+pub(crate) struct Tap<'a> {
     recorder: &'a mut dyn Recorder,
     on: bool,
     grid: GridShape,
@@ -47,10 +48,23 @@ pub(super) struct Tap<'a> {
 }
 
 impl<'a> Tap<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         recorder: &'a mut dyn Recorder,
         scene: &Scene,
         settings: &Settings,
+        robot: &MobileManipulator,
+        map: (&Mapper, (f64, f64)),
+    ) -> Self {
+        let title = (settings.planner.name(), settings.to_toml());
+        Self::titled(recorder, scene, settings, title, robot, map)
+    }
+
+    /// As [`new`](Self::new) for a planner of that name with settings of its own as TOML text.
+    pub(crate) fn titled(
+        recorder: &'a mut dyn Recorder,
+        scene: &Scene,
+        settings: &Settings,
+        (planner, text): (&str, String),
         robot: &MobileManipulator,
         (mapper, rgb): (&Mapper, (f64, f64)),
     ) -> Self {
@@ -87,14 +101,14 @@ impl<'a> Tap<'a> {
                 schema: RECORD_SCHEMA.to_owned(),
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 system: "heats".to_owned(),
-                planner: settings.planner.name().to_owned(),
+                planner: planner.to_owned(),
                 sensors: match settings.sensors {
                     Sensors::Both => "both".to_owned(),
                     Sensors::Camera => "camera".to_owned(),
                 },
                 scene: scene.name.clone(),
                 seed: settings.seed,
-                settings: settings.to_toml(),
+                settings: text,
                 grid,
                 layers: [0, nz],
                 ground: crate::record::Ground::of(scene),
@@ -111,13 +125,13 @@ impl<'a> Tap<'a> {
         tap
     }
 
-    fn tell(&mut self, now: f64, event: impl FnOnce() -> Event) {
+    pub(crate) fn tell(&mut self, now: f64, event: impl FnOnce() -> Event) {
         if self.on {
             self.recorder.record(round(now), &event());
         }
     }
 
-    pub(super) fn pose(
+    pub(crate) fn pose(
         &mut self,
         now: f64,
         robot: &MobileManipulator,
@@ -144,7 +158,7 @@ impl<'a> Tap<'a> {
         });
     }
 
-    pub(super) fn found(&mut self, now: f64, found: &[Detection], tags: &[Tag]) {
+    pub(crate) fn found(&mut self, now: f64, found: &[Detection], tags: &[Tag]) {
         for detection in found.iter().skip(self.found) {
             let center = tags.iter().find(|t| t.id == detection.id);
             self.tell(now, || {
@@ -157,11 +171,11 @@ impl<'a> Tap<'a> {
         self.found = found.len();
     }
 
-    pub(super) fn reached(&mut self, now: f64, camera: &CameraPose) {
+    pub(crate) fn reached(&mut self, now: f64, camera: &CameraPose) {
         self.tell(now, || Event::Reached(View::new(&camera.0, camera.1)));
     }
 
-    pub(super) fn scan(&mut self, now: f64, sensor: &str, scan: &PointScan) {
+    pub(crate) fn scan(&mut self, now: f64, sensor: &str, scan: &PointScan) {
         if !self.on || now < self.next_scan {
             return;
         }
@@ -185,7 +199,7 @@ impl<'a> Tap<'a> {
     }
 
     /// Notes boxes of the map in which something may have changed.
-    pub(super) fn note(&mut self, boxes: &[CellBox]) {
+    pub(crate) fn note(&mut self, boxes: &[CellBox]) {
         if !self.on {
             return;
         }
@@ -288,7 +302,7 @@ impl<'a> Tap<'a> {
         }
     }
 
-    pub(super) fn plan(
+    pub(crate) fn plan(
         &mut self,
         (now, ready): (f64, f64),
         robot: &MobileManipulator,
@@ -315,7 +329,7 @@ impl<'a> Tap<'a> {
         });
     }
 
-    pub(super) fn horizon(&mut self, now: f64, controller: &Controller) {
+    pub(crate) fn horizon(&mut self, now: f64, controller: &Controller) {
         if self.on && now >= self.next_horizon {
             self.next_horizon = now + HORIZON_PERIOD - 1e-9;
             let base = controller.horizon().map(|p| p.map(round)).collect();
@@ -323,7 +337,7 @@ impl<'a> Tap<'a> {
         }
     }
 
-    pub(super) fn progress(
+    pub(crate) fn progress(
         &mut self,
         now: f64,
         (explored, inspected, found): (f64, f64, usize),
@@ -356,8 +370,23 @@ impl<'a> Tap<'a> {
         self.tell(now, || Event::Cycle(event));
     }
 
-    fn given_up(&mut self, now: f64, failures: &Failures) {
-        for place in failures.given_up.iter().skip(self.given_up) {
+    /// Tells what of the map, the given-up places and the clock changed since the last call.
+    pub(crate) fn state(
+        &mut self,
+        now: f64,
+        mapper: &Mapper,
+        given_up: &[GivenUp],
+        watch: &Stopwatch,
+    ) {
+        if self.on {
+            self.cells(now, mapper);
+            self.given_up(now, given_up);
+            self.cycle(now, watch);
+        }
+    }
+
+    fn given_up(&mut self, now: f64, given_up: &[GivenUp]) {
+        for place in given_up.iter().skip(self.given_up) {
             self.tell(now, || {
                 Event::GivenUp(GivenUpEvent {
                     place: place.place.map(round),
@@ -366,10 +395,10 @@ impl<'a> Tap<'a> {
                 })
             });
         }
-        self.given_up = failures.given_up.len();
+        self.given_up = given_up.len();
     }
 
-    pub(super) fn end(&mut self, now: f64, ended: Ended) {
+    pub(crate) fn end(&mut self, now: f64, ended: Ended) {
         self.tell(now, || Event::End(ended.to_string()));
     }
 }
@@ -386,15 +415,12 @@ const JOINT_NAMES: [&str; 6] = [
 
 impl Search<'_> {
     /// Tells what of the map and the clock changed since the last call.
-    pub(super) fn record_state(&mut self, now: f64) {
-        if self.tap.on {
-            self.tap.cells(now, &self.mapper);
-            self.tap.given_up(now, &self.failures);
-            self.tap.cycle(now, &self.watch);
-        }
+    pub(crate) fn record_state(&mut self, now: f64) {
+        let given_up = &self.failures.given_up;
+        self.tap.state(now, &self.mapper, given_up, &self.watch);
     }
 
-    pub(super) fn record_decision(&mut self, now: f64, outcome: &Outcome, ahead: bool) {
+    pub(crate) fn record_decision(&mut self, now: f64, outcome: &Outcome, ahead: bool) {
         if !self.tap.on {
             return;
         }
