@@ -127,7 +127,8 @@ pub enum MapArg {
 /// Options of `seekplan bench`.
 #[derive(Clone, Debug, Args)]
 pub struct BenchArgs {
-    /// Suite to run: flap-figure6 (the three experiments of the FLAP paper).
+    /// Suite to run: heats-tables (Tables II and III of the HEATS paper), flap-figure6 (the three experiments of the FLAP paper),
+    /// or a TOML file.
     #[arg(long, default_value = "flap-figure6")]
     pub suite: String,
     /// Trials at the same time.
@@ -139,6 +140,12 @@ pub struct BenchArgs {
     /// Keep the results that are there and run what is missing.
     #[arg(long)]
     pub resume: bool,
+    /// Print the names of the trials, one a line, and run nothing; trial I is that of `--shard I/N`.
+    #[arg(long, conflicts_with = "collect")]
+    pub list: bool,
+    /// Make the tables of the results that are there, and run nothing.
+    #[arg(long)]
+    pub collect: bool,
     /// Seeds of each experiment [default: the suite's].
     #[arg(long, value_name = "N")]
     pub trials: Option<usize>,

@@ -342,6 +342,12 @@ fn run_flap(args: &FlapArgs) -> Result<ExitCode, String> {
 
 fn run_bench(args: &BenchArgs) -> Result<ExitCode, String> {
     let suite = bench::suite(&args.suite, args.trials).map_err(|e| e.to_string())?;
+    if args.list {
+        for trial in suite.trials() {
+            println!("{}", trial.name);
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
     let campaign = Campaign {
         jobs: args.jobs,
         shard: bench::parse_shard(args.shard.as_deref()).map_err(|e| e.to_string())?,
@@ -350,11 +356,15 @@ fn run_bench(args: &BenchArgs) -> Result<ExitCode, String> {
     };
     let stop = stop_on_interrupt()?;
     let quiet = args.quiet;
-    let report = bench::run(suite.as_ref(), &campaign, &stop, &|line: &str| {
-        if !quiet {
-            eprintln!("{line}");
-        }
-    })
+    let report = if args.collect {
+        bench::collect(suite.as_ref(), &args.out)
+    } else {
+        bench::run(suite.as_ref(), &campaign, &stop, &|line: &str| {
+            if !quiet {
+                eprintln!("{line}");
+            }
+        })
+    }
     .map_err(|e| e.to_string())?;
     print!("{}", report.table);
     for file in &report.files {

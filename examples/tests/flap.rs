@@ -243,6 +243,7 @@ impl Suite for Counting {
     fn run_group(
         &self,
         group: usize,
+        _: &AtomicBool,
         wanted: &dyn Fn(usize) -> bool,
         deliver: &mut dyn FnMut(usize, String) -> bool,
     ) -> Result<(), String> {

@@ -10,8 +10,27 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 #[non_exhaustive]
 pub enum BenchError {
     /// No suite has this name.
-    #[error("no suite is called {0:?}; there is flap-figure6")]
+    #[error("no suite is called {0:?}; there are heats-tables, flap-figure6, and any FILE.toml")]
     NoSuite(String),
+    /// A suite is wrong.
+    #[error(transparent)]
+    Suite(#[from] super::suite_file::SuiteError),
+    /// Trials have no result.
+    #[error("{} of {of} trials have no result: {}", missing.len(), missing.join(", "))]
+    Missing {
+        /// Their names.
+        missing: Vec<String>,
+        /// Number of all.
+        of: usize,
+    },
+    /// A result is broken, or of another version or other settings than this suite.
+    #[error("{path}: {flaw}")]
+    Unfit {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        flaw: Flaw,
+    },
     /// Not I/N.
     #[error("shard {0:?} is not I/N with 1 <= I <= N")]
     Shard(String),
@@ -36,6 +55,19 @@ pub enum BenchError {
     },
 }
 
+/// Why a result that is there is none of this suite's.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Flaw {
+    /// Not whole, or no result at all: the trial is to be repeated.
+    #[error("broken result: {0}")]
+    Broken(String),
+    /// Whole, but of something else: it must not be mixed with this suite's, nor be overwritten unasked.
+    #[error(
+        "result of another version or other settings ({0}); choose another --out, or run without --resume to replace it"
+    )]
+    Other(String),
+}
+
 /// One run of a suite.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trial {
@@ -50,16 +82,25 @@ pub trait Suite: Sync {
     /// All trials, in the order of their groups.
     fn trials(&self) -> Vec<Trial>;
     /// Runs the trials of one group in turn; hands over each result as JSON text with its trial's index. It may leave out the
-    /// trials for which `wanted` is false, and ends early when `deliver` says so.
+    /// trials for which `wanted` is false, ends early when `deliver` says so, and delivers no trial that `stop` cut short.
     ///
     /// # Errors
     /// What went wrong, in words.
     fn run_group(
         &self,
         group: usize,
+        stop: &AtomicBool,
         wanted: &dyn Fn(usize) -> bool,
         deliver: &mut dyn FnMut(usize, String) -> bool,
     ) -> Result<(), String>;
+    /// Whether a file's text is the result of a trial.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn check(&self, _trial: usize, json: &str) -> Result<(), Flaw> {
+        let value: Result<serde_json::Value, _> = serde_json::from_str(json);
+        value.map(|_| ()).map_err(|e| Flaw::Broken(e.to_string()))
+    }
     /// Tables and pictures from all results (in the order of the trials): the text to print, then files as name and content.
     ///
     /// # Errors
@@ -110,6 +151,62 @@ pub fn parse_shard(text: Option<&str>) -> Result<(usize, usize), BenchError> {
     }
 }
 
+/// The results of a suite in a folder.
+struct Results<'a> {
+    suite: &'a dyn Suite,
+    trials: Vec<Trial>,
+    folder: PathBuf,
+}
+
+impl<'a> Results<'a> {
+    fn new(suite: &'a dyn Suite, out: &std::path::Path) -> Self {
+        Self {
+            suite,
+            trials: suite.trials(),
+            folder: out.join("trials"),
+        }
+    }
+
+    fn file(&self, trial: usize) -> String {
+        format!("{}.json", self.trials[trial].name)
+    }
+
+    /// Text of a trial's result, or what is wrong with it; none if there is none.
+    fn read(&self, trial: usize) -> Option<Result<String, Flaw>> {
+        let bytes = match std::fs::read(self.folder.join(self.file(trial))) {
+            Ok(bytes) => bytes,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return None,
+            Err(e) => return Some(Err(Flaw::Broken(e.to_string()))),
+        };
+        let text = String::from_utf8(bytes).map_err(|e| Flaw::Broken(e.to_string()));
+        Some(text.and_then(|text| self.suite.check(trial, &text).map(|()| text)))
+    }
+
+    fn unfit(&self, trial: usize, flaw: Flaw) -> BenchError {
+        BenchError::Unfit {
+            path: self.folder.join(self.file(trial)),
+            flaw,
+        }
+    }
+
+    /// Writes a result under a name of this process's own and renames it: two workers that run the same trial do not mix.
+    fn keep(&self, trial: usize, json: &str) -> Result<(), WriteError> {
+        let own = format!(".{}.{}", self.file(trial), std::process::id());
+        let written = write_file(&self.folder, &own, json);
+        let partial = self.folder.join(&own);
+        let path = self.folder.join(self.file(trial));
+        let kept = written.and_then(|_| {
+            std::fs::rename(&partial, &path).map_err(|source| WriteError { path, source })
+        });
+        if kept.is_err() {
+            // Room for others, where the disk is full.
+            let _ = std::fs::remove_file(&partial);
+            let _ = std::fs::remove_file(self.folder.join(format!(".{own}.partial")));
+        }
+        kept
+    }
+}
+
 /// Runs what is missing of a suite's shard and reports once every trial of the suite has a result.
 ///
 /// # Errors
@@ -120,15 +217,25 @@ pub fn run(
     stop: &AtomicBool,
     say: &(dyn Fn(&str) + Sync),
 ) -> Result<Report, BenchError> {
-    let trials = suite.trials();
-    let folder = campaign.out.join("trials");
-    let file = |trial: usize| format!("{}.json", trials[trial].name);
-    let there = |trial: usize| folder.join(file(trial)).is_file();
+    let results = Results::new(suite, &campaign.out);
+    let trials = &results.trials;
     let (part, parts) = campaign.shard;
     // Without --resume what this shard is to run is run anew.
-    let missing: Vec<bool> = (0..trials.len())
-        .map(|t| trials[t].group % parts == part && !(campaign.resume && there(t)))
-        .collect();
+    let mut missing = vec![false; trials.len()];
+    for t in (0..trials.len()).filter(|&t| trials[t].group % parts == part) {
+        missing[t] = match campaign.resume.then(|| results.read(t)).flatten() {
+            None => true,
+            Some(Ok(_)) => false,
+            Some(Err(flaw @ Flaw::Broken(_))) => {
+                say(&format!(
+                    "{}: {flaw}; the trial is repeated",
+                    trials[t].name
+                ));
+                true
+            }
+            Some(Err(flaw)) => return Err(results.unfit(t, flaw)),
+        };
+    }
     let mut groups: Vec<usize> = (0..trials.len())
         .filter(|&t| missing[t])
         .map(|t| trials[t].group)
@@ -149,7 +256,7 @@ pub fn run(
                 return;
             }
             let mut deliver = |trial: usize, json: String| {
-                if let Err(error) = write_file(&folder, &file(trial), &json) {
+                if let Err(error) = results.keep(trial, &json) {
                     fail(error.into());
                     return false;
                 }
@@ -157,51 +264,83 @@ pub fn run(
                 say(&format!("[{count}/{todo}] {}", trials[trial].name));
                 !over()
             };
-            if let Err(message) = suite.run_group(group, &|t| missing[t], &mut deliver) {
-                let trial = format!("of group {group}");
+            let ran = suite.run_group(group, stop, &|t| missing[t], &mut deliver);
+            if let Err(message) = ran {
+                let own = trials.iter().zip(&missing);
+                let names: Vec<&str> = own
+                    .filter(|(t, missing)| t.group == group && **missing)
+                    .map(|(t, _)| t.name.as_str())
+                    .collect();
+                let trial = names.join(", ");
                 fail(BenchError::Trial { trial, message });
                 return;
             }
         }
     };
+    let jobs = campaign.jobs.clamp(1, 64);
+    // Jobs share the cores instead of each taking all of them.
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let alone = || match rayon::ThreadPoolBuilder::new()
+        .num_threads((cores / jobs).max(1))
+        .build()
+    {
+        Ok(pool) => pool.install(work),
+        Err(_) => work(),
+    };
     std::thread::scope(|scope| {
-        for _ in 1..campaign.jobs.clamp(1, 64) {
-            scope.spawn(work);
+        for _ in 1..jobs {
+            scope.spawn(alone);
         }
-        work();
+        if jobs > 1 { alone() } else { work() }
     });
     if let Some(error) = failed.into_inner().ok().flatten() {
         return Err(error);
     }
     let interrupted = stop.load(Ordering::Relaxed);
-    let absent = (0..trials.len()).filter(|&t| !there(t)).count();
-    if absent > 0 {
-        return Ok(Report {
-            table: format!("{absent} of {} trials have no result yet\n", trials.len()),
+    match collect(suite, &campaign.out) {
+        Ok(report) => Ok(Report {
+            interrupted,
+            ..report
+        }),
+        Err(BenchError::Missing { missing, of }) => Ok(Report {
+            table: format!("{} of {of} trials have no result yet\n", missing.len()),
             files: Vec::new(),
             interrupted,
-        });
+        }),
+        Err(error) => Err(error),
     }
-    let results = (0..trials.len())
-        .map(|t| {
-            let path = folder.join(file(t));
-            std::fs::read_to_string(&path).map_err(|e| BenchError::Read {
-                path,
-                message: e.to_string(),
-            })
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let (table, contents) = suite.report(&results).map_err(|message| BenchError::Read {
-        path: folder,
+}
+
+/// Makes the tables of the results that are there.
+///
+/// # Errors
+/// [`BenchError::Missing`] names the trials without a result, [`BenchError::Unfit`] a result that is broken or of another version or
+/// other settings.
+pub fn collect(suite: &dyn Suite, out: &std::path::Path) -> Result<Report, BenchError> {
+    let results = Results::new(suite, out);
+    let (mut texts, mut missing) = (Vec::new(), Vec::new());
+    for (t, trial) in results.trials.iter().enumerate() {
+        match results.read(t) {
+            None => missing.push(trial.name.clone()),
+            Some(Ok(text)) => texts.push(text),
+            Some(Err(flaw)) => return Err(results.unfit(t, flaw)),
+        }
+    }
+    if !missing.is_empty() {
+        let of = results.trials.len();
+        return Err(BenchError::Missing { missing, of });
+    }
+    let (table, contents) = suite.report(&texts).map_err(|message| BenchError::Read {
+        path: results.folder.clone(),
         message,
     })?;
     let files = contents
         .into_iter()
-        .map(|(name, text)| write_file(&campaign.out, &name, &text))
+        .map(|(name, text)| write_file(out, &name, &text))
         .collect::<Result<_, _>>()?;
     Ok(Report {
         table,
         files,
-        interrupted,
+        interrupted: false,
     })
 }

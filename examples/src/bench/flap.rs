@@ -4,6 +4,7 @@
 use super::campaign::{Suite, Trial};
 use super::chart::{Bar, bars};
 use super::page::{Mark, Plot, Section, page};
+use super::spread;
 use crate::flap::{FlapResult, FlapSettings, MapKind, PlannerKind, Site, run_at};
 use crate::record::REPORT_FILE;
 use crate::scene::Scene;
@@ -171,11 +172,11 @@ impl Suite for Figure6 {
     fn run_group(
         &self,
         group: usize,
+        stop: &AtomicBool,
         wanted: &dyn Fn(usize) -> bool,
         deliver: &mut dyn FnMut(usize, String) -> bool,
     ) -> Result<(), String> {
         let scene = Scene::builtin("race").map_err(|e| e.to_string())?;
-        let never = AtomicBool::new(false);
         let mut site: Option<Site> = None;
         for (trial, (row, seed)) in self.order().into_iter().enumerate() {
             if self.group_of(row, seed) != group || !wanted(trial) {
@@ -190,8 +191,11 @@ impl Suite for Figure6 {
                 None => Site::new(&scene, &settings).map_err(|e| e.to_string())?,
             };
             let outcome =
-                run_at(&ready, &settings, &never, &mut |_| ()).map_err(|e| e.to_string())?;
+                run_at(&ready, &settings, stop, &mut |_| ()).map_err(|e| e.to_string())?;
             site = Some(ready);
+            if outcome.result.ended == "interrupted" {
+                return Ok(());
+            }
             let json = serde_json::to_string_pretty(&outcome.result).map_err(|e| e.to_string())?;
             if !deliver(trial, json + "\n") {
                 return Ok(());
@@ -273,6 +277,7 @@ impl Suite for Figure6 {
             let seconds = |row: usize, seed: usize| total(&by_row[row][seed]);
             let ratio = |row, seed| seconds(row, seed) / seconds(rows[0], seed);
             sections.push(Section {
+                figures: Vec::new(),
                 title: heading,
                 table: lines.iter().map(|line| line.to_vec()).collect(),
                 plots: vec![
@@ -383,16 +388,4 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
-}
-
-/// Mean and sample standard deviation.
-fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let values: Vec<f64> = values.collect();
-    let n = values.len() as f64;
-    if values.is_empty() {
-        return (0.0, 0.0);
-    }
-    let mean = values.iter().sum::<f64>() / n;
-    let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    (mean, (square / (n - 1.0).max(1.0)).sqrt())
 }

@@ -5,19 +5,54 @@
 
 mod campaign;
 mod chart;
+mod curves;
 mod flap;
+mod heats;
 mod page;
+mod suite_file;
+mod trial_file;
 
-pub use campaign::{BenchError, Campaign, Report, Suite, Trial, parse_shard, run};
+pub use campaign::{BenchError, Campaign, Flaw, Report, Suite, Trial, collect, parse_shard, run};
 pub use flap::Figure6;
+pub use heats::HeatsTables;
+pub use suite_file::{Seeds, SuiteError, SuiteFile};
+pub use trial_file::{Machine, TRIAL_SCHEMA, TrialFile, scene_hash};
 
-/// The suite of a name; `trials`: seeds of each experiment if not the suite's own number.
+/// The suite of a name, or of a TOML file; `trials`: seeds of each experiment if not the suite's own number.
 ///
 /// # Errors
-/// [`BenchError::NoSuite`] for an unknown name.
+/// [`BenchError::NoSuite`] for an unknown name, [`BenchError::Suite`] naming the field that is wrong.
 pub fn suite(name: &str, trials: Option<usize>) -> Result<Box<dyn Suite>, BenchError> {
     match name {
+        "flap-figure6" if trials == Some(0) => Err(SuiteError::Empty {
+            field: "--trials",
+            what: "seed",
+        }
+        .into()),
         "flap-figure6" => Ok(Box::new(Figure6::new(trials.unwrap_or(20)))),
+        "heats-tables" => Ok(Box::new(HeatsTables::embedded(trials)?)),
+        file if file.ends_with(".toml") => {
+            let text = std::fs::read_to_string(file).map_err(|e| SuiteError::Read {
+                path: file.to_owned(),
+                message: e.to_string(),
+            })?;
+            Ok(Box::new(HeatsTables::new(
+                &SuiteFile::from_toml(&text)?,
+                trials,
+            )?))
+        }
         _ => Err(BenchError::NoSuite(name.to_owned())),
     }
+}
+
+/// Mean and sample standard deviation.
+fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let values: Vec<f64> = values.collect();
+    let n = values.len() as f64;
+    if values.is_empty() {
+        return (0.0, 0.0);
+    }
+    let mean = values.iter().sum::<f64>() / n;
+    let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    (mean, (square / (n - 1.0).max(1.0)).sqrt())
 }

@@ -20,6 +20,8 @@ pub(super) struct Section {
     pub(super) title: String,
     /// Lines of the table, the headings first.
     pub(super) table: Vec<Vec<String>>,
+    /// Pictures between table and plots, as HTML.
+    pub(super) figures: Vec<String>,
     /// Its plots; the table of all trials shows the values of the first.
     pub(super) plots: Vec<Plot>,
 }
@@ -60,6 +62,7 @@ pub(super) fn page(title: &str, notes: &[String], sections: &[Section]) -> Strin
         let _ = writeln!(body, r#"<h2 id="s{k}">{}</h2>"#, escaped(&section.title));
         table(&mut body, &section.table);
         body.push_str("<div class=\"plots\">\n");
+        section.figures.iter().for_each(|f| body.push_str(f));
         section.plots.iter().for_each(|p| plot(&mut body, p));
         body.push_str("</div>\n");
         if let Some(first) = section.plots.first() {
@@ -236,7 +239,7 @@ impl Five {
 }
 
 /// The smallest of 1, 2, 5 times a power of ten that is not below `v`.
-fn nice(v: f64) -> f64 {
+pub(super) fn nice(v: f64) -> f64 {
     let ten = 10f64.powf(v.log10().floor());
     [1.0, 2.0, 5.0]
         .into_iter()
@@ -289,6 +292,7 @@ mod tests {
             rows,
         };
         let section = Section {
+            figures: Vec::new(),
             title: "known & unknown".into(),
             table: vec![vec!["planner".into()], vec!["<i>".into()]],
             plots: vec![plot.clone()],
