@@ -225,17 +225,61 @@ fn distances_equal_brute_force_up_to_the_truncation() {
     }
 }
 
+/// Cells go together in blocks of 64: sizes around them, and obstacles so few that ways between blocks are long.
+#[test]
+fn distances_in_wide_maps_equal_brute_force() {
+    for (seed, size) in [
+        (20, [64.0, 65.0, 3.0]),
+        (21, [129.0, 63.0, 4.0]),
+        (22, [190.0, 130.0, 2.0]),
+        (23, [5.0, 200.0, 66.0]),
+        (24, [200.0, 1.0, 1.0]),
+    ] {
+        let map = random_map(seed, size, 0.9995, 0.0005);
+        let obstacles: Vec<Cell> = cells(&map).filter(|c| map.is_occupied(*c)).collect();
+        for reach in [3, 40, 249] {
+            let params = EsdfParams {
+                truncation: f64::from(reach) * map.cell_size(),
+                unknown_is_occupied: false,
+            };
+            let field = Esdf::new(&map, params.clone()).unwrap();
+            for cell in cells(&map).step_by(17) {
+                let square = obstacles
+                    .iter()
+                    .map(|c| (0..3).map(|a| (c[a] - cell[a]).pow(2)).sum::<i32>())
+                    .min()
+                    .unwrap_or(i32::MAX);
+                let slow = (f64::from(square).sqrt() - 0.5) * map.cell_size();
+                let fast = field.cell_distance(cell);
+                if slow <= params.truncation {
+                    assert!(
+                        (fast - slow).abs() < 1e-5,
+                        "{size:?} {reach} {cell:?}: {fast} {slow}"
+                    );
+                } else {
+                    assert!(fast >= params.truncation - 1e-5 && fast <= slow + 1e-5);
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn updated_distances_equal_a_rebuild_bit_for_bit() {
-    let mut map = random_map(9, [90.0, 40.0, 12.0], 0.98, 0.01);
+    updates_equal_rebuilds([90.0, 40.0, 12.0], 1.5, 40);
+    updates_equal_rebuilds([170.0, 140.0, 5.0], 5.0, 12);
+}
+
+fn updates_equal_rebuilds(size: [f64; 3], truncation: f64, rounds: usize) {
+    let mut map = random_map(9, size, 0.98, 0.01);
     let params = EsdfParams {
-        truncation: 1.5,
+        truncation,
         unknown_is_occupied: true,
     };
     let mut field = Esdf::new(&map, params.clone()).unwrap();
     map.take_changes();
     let mut numbers = Numbers(10);
-    for round in 0..40 {
+    for round in 0..rounds {
         for _ in 0..[1, 3, 40][round % 3] {
             let state = [State::Free, State::Occupied, State::Unknown][numbers.below(3)];
             map.set_state(numbers.cell(&map), state);

@@ -1,6 +1,8 @@
 //! Euclidean distance field: exact squared integers, whole or in changed boxes, trilinear value and gradient.
 
+mod column;
 mod pass;
+mod turn;
 
 use crate::changes::Changes;
 use crate::error::Error;
@@ -162,7 +164,7 @@ impl Esdf {
     }
 
     /// Trilinear distance, m, and the gradient of the same interpolant; the gradient is zero along axes on which the point
-    /// was clamped into the map. Points that are not finite are far inside an obstacle.
+    /// was clamped into the map. A point that is not a number is inside an obstacle.
     pub fn distance_gradient(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
         let inverse = 1.0 / self.cell_size;
         let mut base = [0usize; 3];

@@ -1,18 +1,36 @@
-//! The exact squared distance transform of a box of cells: two sweeps along z, then minima over shifts along y and x.
+//! The exact squared distance transform of a box of cells: two sweeps along z, then minima over shifts along x and y.
 //!
 //! `d^2(x, y, z) = min over (i, j) of (i^2 + (j^2 + sweep^2(x + i, y + j, z)))`, all in whole numbers, so the order of the
 //! minima and the box they are computed in cannot change a bit. Values are capped at `(reach + 1)^2`.
+//!
+//! Cells go together in blocks across the shifts: along y for the sweeps and for x, then, turned over, along x for y.
 
+use super::column::{Block, Column, LANES, counting};
+use super::turn::{Tile, turn, turn_bits};
 use crate::geometry::CellBox;
 use crate::map::VoxelMap;
 use crate::simd::Kernel;
 
+/// Steps along z to the nearest obstacle, of a block of cells.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Steps([u8; LANES]);
+
 /// Buffers kept between passes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    sweep: Vec<u8>,
-    plane: Vec<u16>,
-    row: Vec<u16>,
+    /// For 64 cells along x each, in every layer: bits of 64 cells along y.
+    bits: Vec<[u64; LANES]>,
+    /// All layers of one block: steps along z to the nearest obstacle.
+    slice: Vec<Steps>,
+    /// Layer by layer, block row by block row, along x.
+    sweep: Vec<Steps>,
+    /// For the minima along x.
+    along: Column,
+    /// For the minima along y, a column for every 64 cells along x.
+    across: Vec<Column>,
+    tile: Tile,
+    spare: Tile,
 }
 
 /// Recomputes the squares of a box inside the map.
@@ -32,7 +50,7 @@ pub(super) fn cost(region: &CellBox, reach: usize, size: [usize; 3]) -> usize {
     let own = [0, 1, 2].map(|a| (region.high[a] - region.low[a]).max(0) as usize);
     let [x, y, z] = [0, 1, 2].map(|a| (own[a] + 2 * reach).min(size[a]));
     // A cell of the sweep costs about 3 units; shifts end early, after about 6.
-    3 * x * y * z + 6 * x * own[1] * own[2] + 6 * own[0] * own[1] * own[2]
+    3 * x * y * z + 6 * own[0] * y * own[2] + 6 * own[0] * own[1] * own[2]
 }
 
 impl Kernel for Pass<'_> {
@@ -49,140 +67,135 @@ impl Kernel for Pass<'_> {
             scratch,
         } = self;
         let size = map.size();
-        let (low, high) = (
-            region.low.map(|v| v as usize),
-            region.high.map(|v| v as usize),
-        );
+        let low = region.low.map(|v| v as usize);
+        let high = region.high.map(|v| v as usize);
         if (0..3).any(|a| low[a] >= high[a]) {
             return;
         }
         // Cells that can reach the region.
         let from = [0, 1, 2].map(|a| low[a].saturating_sub(reach));
         let until = [0, 1, 2].map(|a| (high[a] + reach).min(size[a]));
-        let (nx, ny, nz) = (until[0] - from[0], until[1] - from[1], until[2] - from[2]);
-        let Scratch { sweep, plane, row } = scratch;
+        let [nx, ny, nz] = [0, 1, 2].map(|a| until[a] - from[a]);
+        let inner = [0, 1, 2].map(|a| high[a] - low[a]);
+        let bands = ny.div_ceil(LANES);
+        let Scratch {
+            bits,
+            slice,
+            sweep,
+            along,
+            across,
+            tile,
+            spare,
+        } = scratch;
 
-        sweep.resize(nx * ny * nz, 0);
-        for z in 0..nz {
-            for y in 0..ny {
-                let first = map.word(0, y + from[1], z + from[2]);
-                let words = first..first + map.words;
-                let (free, occupied) = (&map.free[words.clone()], &map.occupied[words]);
-                let out = &mut sweep[(z * ny + y) * nx..][..nx];
-                open_cells(out, from[0], |w| {
-                    if unknown_is_occupied {
-                        free[w]
-                    } else {
-                        !occupied[w]
+        sweep.resize(inner[2] * bands * nx, Steps([0; LANES]));
+        bits.resize(nz, [0; LANES]);
+        slice.resize(nz, Steps([0; LANES]));
+        for band in 0..bands {
+            let y0 = from[1] + band * LANES;
+            for x in (0..nx).step_by(LANES) {
+                for (z, bits) in (from[2]..).zip(bits.iter_mut()) {
+                    for (y, bits) in (y0..until[1]).zip(bits.iter_mut()) {
+                        let row = map.word(0, y, z)..map.word(0, y, z) + map.words;
+                        *bits = if unknown_is_occupied {
+                            bits_from(&map.free[row], from[0] + x)
+                        } else {
+                            !bits_from(&map.occupied[row], from[0] + x)
+                        };
                     }
-                });
+                    turn_bits(bits);
+                }
+                for x in x..nx.min(x + LANES) {
+                    for (cells, bits) in slice.iter_mut().zip(&*bits) {
+                        let bits = bits[x % LANES];
+                        for (i, cell) in cells.0.iter_mut().enumerate() {
+                            *cell = 0u8.wrapping_sub((bits >> i & 1) as u8);
+                        }
+                    }
+                    sweep_along(slice, reach as u8 + 1);
+                    let to = sweep[band * nx + x..].iter_mut().step_by(bands * nx);
+                    for (to, steps) in to.zip(&slice[low[2] - from[2]..]) {
+                        *to = *steps;
+                    }
+                }
             }
         }
-        sweep_along(sweep, nx * ny, reach as u8 + 1);
 
-        let cap = ((reach + 1) * (reach + 1)) as u16;
-        let inner = high[0] - low[0];
-        plane.resize(nx * ny, 0);
-        // The row with `reach` cells on both sides.
-        row.resize(inner + 2 * reach, cap);
-        for z in low[2]..high[2] {
-            let layer = &sweep[(z - from[2]) * nx * ny..][..nx * ny];
-            for (square, &steps) in plane.iter_mut().zip(layer) {
-                *square = u16::from(steps) * u16::from(steps);
+        along.reset(reach, inner[0]);
+        across.resize_with(inner[0].div_ceil(LANES), Column::default);
+        for column in &mut *across {
+            column.reset(reach, inner[1]);
+        }
+        for (z, layer) in (low[2]..high[2]).zip(sweep.chunks_exact(bands * nx)) {
+            for (band, steps) in layer.chunks_exact(nx).enumerate() {
+                let lanes = (ny - band * LANES).min(LANES);
+                let counts = counting(lanes);
+                for (x, steps) in (from[0]..).zip(steps) {
+                    let block = Block(steps.0.map(|n| u16::from(n) * u16::from(n)));
+                    along.set(x as isize - low[0] as isize, block, &counts);
+                }
+                along.plan();
+                for (i, column) in across.iter_mut().enumerate() {
+                    let cells = (inner[0] - i * LANES).min(LANES);
+                    for (x, block) in tile.0[..cells].iter_mut().enumerate() {
+                        *block = along.least(i * LANES + x, &counts);
+                    }
+                    turn(tile, spare);
+                    let counts = counting(cells);
+                    let y0 = (from[1] + band * LANES) as isize - low[1] as isize;
+                    for (y, block) in (y0..).zip(&tile.0[..lanes]) {
+                        column.set(y, *block, &counts);
+                    }
+                }
             }
-            for y in low[1]..high[1] {
-                row.fill(cap);
-                let start = reach + from[0] - low[0];
-                let middle = &mut row[start..start + nx];
-                let here = y - from[1];
-                middle.copy_from_slice(&plane[here * nx..][..nx]);
-                along_y(middle, plane, here, ny, reach);
-                let out = &mut square[(z * size[1] + y) * size[0]..][low[0]..high[0]];
-                along_x(out, row, reach);
+            for (i, column) in across.iter_mut().enumerate() {
+                column.plan();
+                let (x0, cells) = (low[0] + i * LANES, (inner[0] - i * LANES).min(LANES));
+                let counts = counting(cells);
+                for y in 0..inner[1] {
+                    let block = column.least(y, &counts);
+                    let out = &mut square[(z * size[1] + low[1] + y) * size[0] + x0..][..cells];
+                    if let Ok(out) = <&mut [u16; LANES]>::try_from(&mut *out) {
+                        *out = block.0;
+                    } else {
+                        out.copy_from_slice(&block.0[..cells]);
+                    }
+                }
             }
         }
     }
 }
 
-/// 255 where a cell is open, 0 where it blocks, for the cells from `x0` on of a row of bits.
+/// 64 bits of a row from bit `x` on; zero beyond its end.
 #[inline(always)]
-fn open_cells(out: &mut [u8], x0: usize, word: impl Fn(usize) -> u64) {
-    let mut x = x0;
-    let mut rest = out;
-    while !rest.is_empty() {
-        let n = (64 - x % 64).min(rest.len());
-        let bits = word(x / 64) >> (x % 64);
-        let (part, after) = rest.split_at_mut(n);
-        for (i, cell) in part.iter_mut().enumerate() {
-            *cell = 0u8.wrapping_sub((bits >> i & 1) as u8);
-        }
-        rest = after;
-        x += n;
+fn bits_from(row: &[u64], x: usize) -> u64 {
+    let word = |w: usize| row.get(w).copied().unwrap_or(0);
+    match x % 64 {
+        0 => word(x / 64),
+        shift => word(x / 64) >> shift | word(x / 64 + 1) << (64 - shift),
     }
 }
 
 /// Turns open (255) and blocked (0) into steps along z to the nearest blocked cell, at most `far`.
 #[inline(always)]
-fn sweep_along(cells: &mut [u8], layer: usize, far: u8) {
-    for cell in &mut cells[..layer] {
-        *cell = (*cell).min(far);
+fn sweep_along(layers: &mut [Steps], far: u8) {
+    let mut before = Steps([far; LANES]);
+    for layer in &mut *layers {
+        before = nearer(layer, &before, far);
+        *layer = before;
     }
-    let layers = cells.len() / layer;
-    for z in 1..layers {
-        let (below, here) = cells[(z - 1) * layer..][..2 * layer].split_at_mut(layer);
-        for (cell, &before) in here.iter_mut().zip(&*below) {
-            *cell = (*cell).min(before + 1).min(far);
-        }
-    }
-    for z in (1..layers).rev() {
-        let (here, above) = cells[(z - 1) * layer..][..2 * layer].split_at_mut(layer);
-        for (cell, &after) in here.iter_mut().zip(&*above) {
-            *cell = (*cell).min(after + 1);
-        }
+    for layer in layers.iter_mut().rev() {
+        before = nearer(layer, &before, far);
+        *layer = before;
     }
 }
 
-/// `row = min over j of plane[here + j] + j^2`, nearest first, until nothing can improve.
+/// The less of the own steps, one more than the others, and `far`.
 #[inline(always)]
-fn along_y(row: &mut [u16], plane: &[u16], here: usize, rows: usize, reach: usize) {
-    let nx = row.len();
-    let mut worst = row.iter().copied().max().unwrap_or(0);
-    for shift in 1..=reach {
-        let add = (shift * shift) as u16;
-        if worst <= add {
-            return;
-        }
-        let below = here.checked_sub(shift).map(|k| &plane[k * nx..][..nx]);
-        let above = (here + shift < rows).then(|| &plane[(here + shift) * nx..][..nx]);
-        let (one, other) = match (below, above) {
-            (Some(a), Some(b)) => (a, b),
-            (Some(a), None) | (None, Some(a)) => (a, a),
-            (None, None) => return,
-        };
-        worst = 0;
-        for ((value, &a), &b) in row.iter_mut().zip(one).zip(other) {
-            *value = (*value).min(a.min(b).saturating_add(add));
-            worst = worst.max(*value);
-        }
+fn nearer(own: &Steps, others: &Steps, far: u8) -> Steps {
+    let mut out = *own;
+    for i in 0..LANES {
+        out.0[i] = own.0[i].min(others.0[i].saturating_add(1)).min(far);
     }
-}
-
-/// `out[x] = min over i of row[reach + x + i] + i^2`, nearest first, until nothing can improve.
-#[inline(always)]
-fn along_x(out: &mut [u16], row: &[u16], reach: usize) {
-    let n = out.len();
-    out.copy_from_slice(&row[reach..reach + n]);
-    let mut worst = out.iter().copied().max().unwrap_or(0);
-    for shift in 1..=reach {
-        let add = (shift * shift) as u16;
-        if worst <= add {
-            return;
-        }
-        let (left, right) = (&row[reach - shift..][..n], &row[reach + shift..][..n]);
-        worst = 0;
-        for ((value, &a), &b) in out.iter_mut().zip(left).zip(right) {
-            *value = (*value).min(a.min(b).saturating_add(add));
-            worst = worst.max(*value);
-        }
-    }
+    out
 }
