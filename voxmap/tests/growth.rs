@@ -173,14 +173,17 @@ proptest! {
             .map(|_| [0.2 + 12.0 * numbers.next() as f32, 7.0 * numbers.next() as f32, 0.1])
             .collect();
         let scan = Scan { origin: [0.0, 4.0, 1.0], hits: &hits, ..Scan::default() };
-        let mut guarded = plain.clone();
+        let blank = plain.clone();
         plain.insert(&scan).unwrap();
-        guarded.insert(&Scan { grazing_guard: Some(GrazingGuard::default()), ..scan }).unwrap();
-        for cell in cells(&plain) {
-            prop_assert_eq!(plain.is_occupied(cell), guarded.is_occupied(cell));
-            prop_assert!(!guarded.is_free(cell) || plain.is_free(cell));
+        for guard in [GrazingGuard::default(), GrazingGuard::thorough()] {
+            let mut guarded = blank.clone();
+            guarded.insert(&Scan { grazing_guard: Some(guard), ..scan.clone() }).unwrap();
+            for cell in cells(&plain) {
+                prop_assert_eq!(plain.is_occupied(cell), guarded.is_occupied(cell));
+                prop_assert!(!guarded.is_free(cell) || plain.is_free(cell));
+            }
+            prop_assert!(guarded.counts().free < plain.counts().free);
         }
-        prop_assert!(guarded.counts().free < plain.counts().free);
     }
 }
 
@@ -216,6 +219,57 @@ fn flat_rays_leave_the_floor_alone() {
     assert_eq!(above(&plain), above(&guarded));
 }
 
+/// Rays a good way apart, and a wall that stands on the floor: only the thorough guard leaves the floor before it alone, up to
+/// rays that touch the foot of the wall. Across a border of the map's words of 64 cells as elsewhere.
+#[test]
+fn a_thorough_guard_sees_coarse_floors_and_the_feet_of_walls() {
+    for case in 0..8 {
+        let at = [20.0, 62.0][case & 1];
+        let (turn, coarse) = (case & 2 != 0, case & 4 != 0);
+        let mut plain = map(0.25, [80.0, 80.0, 12.0]);
+        let place = |along: f64, side: f64, z: f64| {
+            let [x, y] = if turn { [side, along] } else { [along, side] };
+            let low = plain.low();
+            [low[0] + 0.25 * x, low[1] + 0.25 * y, low[2] + 0.25 * z].map(|v| v as f32)
+        };
+        // Every third cell of a row of the floor; or every one, and a wall behind it.
+        let row = |x: f64, z: f64, step: f64| {
+            (0..4).map(move |k| (x + 0.5, 40.5 + step * f64::from(k), z))
+        };
+        let ends: Vec<_> = if coarse {
+            row(at, 0.5, 3.0).collect()
+        } else {
+            row(at, 0.5, 1.0).chain(row(at + 1.0, 1.5, 1.0)).collect()
+        };
+        let hits: Vec<[f32; 3]> = ends.iter().map(|&(x, y, z)| place(x, y, z)).collect();
+        let scan = Scan {
+            origin: place(at - 15.0, 36.5, 3.0).map(f64::from),
+            hits: &hits,
+            ..Scan::default()
+        };
+        let [mut guarded, mut thorough] = [plain.clone(), plain.clone()];
+        plain.insert(&scan).unwrap();
+        for (map, guard) in [
+            (&mut guarded, GrazingGuard::default()),
+            (&mut thorough, GrazingGuard::thorough()),
+        ] {
+            let grazing_guard = Some(guard);
+            map.insert(&Scan {
+                grazing_guard,
+                ..scan.clone()
+            })
+            .unwrap();
+        }
+        let freed = |map: &VoxelMap| cells(map).filter(|c| c[2] == 0 && map.is_free(*c)).count();
+        assert_eq!(freed(&plain), freed(&guarded));
+        assert!(freed(&plain) >= 12);
+        // Of the row's last ray before a wall it cannot tell: nothing is ahead of it on two sides.
+        let last = if coarse { 0 } else { 4 };
+        assert!(freed(&thorough) <= last, "case {case}");
+        assert!(thorough.counts().free > 30);
+    }
+}
+
 /// A wall that is hit sparsely and passed closely again and again stays; with patience it goes at last once it is not there.
 #[test]
 fn protected_cells_lose_only_now_and_then() {
@@ -223,6 +277,7 @@ fn protected_cells_lose_only_now_and_then() {
         Some(GrazingGuard {
             tail: 0.0,
             patience,
+            thorough: false,
         })
     };
     let mut map = map(0.25, [40.0, 20.0, 6.0]);

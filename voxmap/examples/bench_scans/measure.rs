@@ -28,7 +28,7 @@ fn insert(
     scan: &Scan,
     range: f64,
     dedupe: bool,
-    guard: bool,
+    guard: Option<GrazingGuard>,
 ) -> Result<(), voxmap::Error> {
     map.insert(&voxmap::Scan {
         origin: scan.origin,
@@ -36,7 +36,7 @@ fn insert(
         max_range: range,
         hit_depth: 0.0,
         one_ray_per_end_voxel: dedupe,
-        grazing_guard: guard.then(GrazingGuard::default),
+        grazing_guard: guard,
         ..voxmap::Scan::default()
     })
     .map(|_| ())
@@ -46,7 +46,7 @@ fn insert(
 fn inserted(
     w: &Workload,
     dedupe: bool,
-    guard: bool,
+    guard: Option<GrazingGuard>,
     mut each: impl FnMut(&mut VoxelMap),
 ) -> Result<(VoxelMap, f64), voxmap::Error> {
     let mut map = blank(w)?;
@@ -120,7 +120,7 @@ fn obstacles(map: &VoxelMap) -> Vec<u8> {
 }
 
 /// Surface cells that turned from occupied to free, summed over all scans: each loses its inspection.
-fn flicker(w: &Workload, guard: bool) -> Result<usize, voxmap::Error> {
+fn flicker(w: &Workload, guard: Option<GrazingGuard>) -> Result<usize, voxmap::Error> {
     let mut lost = 0;
     let mut before = blank(w)?;
     before.take_changes();
@@ -231,7 +231,7 @@ fn frontiers(w: &Workload) -> Result<Value, Failure> {
     let mut clusters = frontier::Frontiers::new(frontier::Params::default())?;
     let (mut detection, mut upkeep) = (Vec::new(), Vec::new());
     let mut words = 0;
-    let (map, _) = inserted(w, false, false, |map| {
+    let (map, _) = inserted(w, false, None, |map| {
         let changes = map.take_changes();
         words += changes.words.len();
         // Only the words of changed boxes and of the cells beside them.
@@ -273,9 +273,11 @@ pub fn scans(w: &Workload, dump: Option<&Path>) -> Result<Value, Failure> {
     if w.scans.iter().all(|scan| scan.points.is_empty()) {
         return Ok(json!({ "name": w.name, "scans": w.scans.len(), "points_per_scan": 0.0 }));
     }
-    let (map, all) = inserted(w, false, false, |map| drop(map.take_changes()))?;
-    let (_, dedupe) = inserted(w, true, false, |map| drop(map.take_changes()))?;
-    let (guarded, guard) = inserted(w, false, true, |map| drop(map.take_changes()))?;
+    let (map, all) = inserted(w, false, None, |map| drop(map.take_changes()))?;
+    let (_, dedupe) = inserted(w, true, None, |map| drop(map.take_changes()))?;
+    let guards = [GrazingGuard::default(), GrazingGuard::thorough()].map(Some);
+    let (guarded, guard) = inserted(w, false, guards[0], |map| drop(map.take_changes()))?;
+    let (thorough, thoroughly) = inserted(w, false, guards[1], |map| drop(map.take_changes()))?;
     // Distances are those of the true walls where they are known: what a finished exploration works with.
     let walls = if w.solids.is_empty() {
         map.clone()
@@ -300,6 +302,7 @@ pub fn scans(w: &Workload, dump: Option<&Path>) -> Result<Value, Failure> {
         "insert_all_ms": all,
         "insert_dedupe_ms": dedupe,
         "insert_guarded_ms": guard,
+        "insert_thorough_ms": thoroughly,
         "memory_mib": map.memory() as f64 / f64::from(1 << 20),
         "queries": queries(w, &map),
         "esdf": distances(&walls, (2.0f64).min(200.0 * w.cell_size))?,
@@ -309,8 +312,10 @@ pub fn scans(w: &Workload, dump: Option<&Path>) -> Result<Value, Failure> {
     if !w.solids.is_empty() {
         out["errors"] = errors(w, &map);
         out["errors_guarded"] = errors(w, &guarded);
-        out["flicker"] = json!(flicker(w, false)?);
-        out["flicker_guarded"] = json!(flicker(w, true)?);
+        out["errors_thorough"] = errors(w, &thorough);
+        out["flicker"] = json!(flicker(w, None)?);
+        out["flicker_guarded"] = json!(flicker(w, guards[0])?);
+        out["flicker_thorough"] = json!(flicker(w, guards[1])?);
     }
     Ok(out)
 }

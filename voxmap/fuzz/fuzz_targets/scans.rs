@@ -12,7 +12,11 @@ fuzz_target!(|bytes: &[u8]| {
     let scan = Scan {
         origin: origin.map(f64::from),
         hits,
-        grazing_guard: Some(GrazingGuard::default()),
+        grazing_guard: Some(if hits.len() % 2 == 0 {
+            GrazingGuard::default()
+        } else {
+            GrazingGuard::thorough()
+        }),
         ..Scan::default()
     };
     let sensor = SensorModel::default();

@@ -288,7 +288,7 @@ impl VoxelMap {
         scan: &Scan<'_>,
         stats: &mut ScanStats,
     ) {
-        let tail = scan.grazing_guard.map_or(0.0, |guard| guard.tail);
+        let guard = scan.grazing_guard.filter(|guard| guard.tail > 0.0);
         window.include(batch);
         // Rays of similar length go together: a counting sort by pairs of steps.
         let mut chosen = [0u16; BATCH];
@@ -320,8 +320,10 @@ impl VoxelMap {
                 );
                 continue;
             }
-            if kind == HIT && tail > 0.0 {
-                self.cut_tail(window, batch, i, tail);
+            if let Some(guard) = guard
+                && kind == HIT
+            {
+                self.cut_tail(window, batch, i, guard);
             }
             chosen[many] = i as u16;
             many += 1;
