@@ -35,14 +35,31 @@ impl Fringe {
             bits: vec![0; cells.div_ceil(64)],
             count: 0,
         };
+        let (nx, ny) = (size[0] as usize, size[1] as usize);
+        let row = nx.div_ceil(64);
+        let mut words = vec![0; row * ny];
         for z in low[2]..high[2] {
-            for y in low[1]..high[1] {
-                for x in low[0]..high[0] {
-                    fringe.test(map, [x, y, z]);
-                }
+            map.unknown_words([low[0], low[1], z], row, &mut words);
+            let layer = (z - low[2]) as usize * ny;
+            for (i, &word) in words.iter().enumerate() {
+                let (x, y) = (i % row * 64, i / row);
+                fringe.put((layer + y) * nx + x, word);
+                fringe.count += word.count_ones() as usize;
             }
         }
         fringe
+    }
+
+    /// Sets the bits of a word from an address on.
+    fn put(&mut self, at: usize, word: u64) {
+        if word == 0 {
+            return;
+        }
+        let (first, shift) = (at / 64, at % 64);
+        self.bits[first] |= word << shift;
+        if shift > 0 && word >> (64 - shift) != 0 {
+            self.bits[first + 1] |= word >> (64 - shift);
+        }
     }
 
     /// Looks again at cells whose state may have changed, and at their neighbours. The map's bounds must not have changed.

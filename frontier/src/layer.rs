@@ -89,24 +89,33 @@ impl Layer {
     }
 
     /// The waiting cells x - 1, x and x + 1 of a row, as bits 0, 1 and 2.
-    pub(crate) fn waiting(&self, [x, y, z]: Cell) -> u64 {
+    pub(crate) fn waiting(&self, cell: Cell) -> u64 {
+        self.three(&self.loose, cell)
+    }
+
+    /// The frontier cells x - 1, x and x + 1 of a row, as bits 0, 1 and 2.
+    pub(crate) fn held(&self, cell: Cell) -> u64 {
+        self.three(&self.bits, cell)
+    }
+
+    fn three(&self, plane: &[u64], [x, y, z]: Cell) -> u64 {
         let [x, y, z] = [x - self.low[0], y - self.low[1], z - self.low[2]];
         if y < 0 || z < 0 || y as usize >= self.size[1] || z as usize >= self.size[2] {
             return 0;
         }
         let row = (z as usize * self.size[1] + y as usize) * self.words;
         let (w, bit) = (x as usize / 64, x & 63);
-        let here = self.loose[row + w];
+        let here = plane[row + w];
         let mut bits = if bit == 0 {
             here << 1
         } else {
             here >> (bit - 1)
         } & 7;
         if bit == 0 && w > 0 {
-            bits |= self.loose[row + w - 1] >> 63;
+            bits |= plane[row + w - 1] >> 63;
         }
         if bit == 63 && w + 1 < self.words {
-            bits |= (self.loose[row + w + 1] & 1) << 2;
+            bits |= (plane[row + w + 1] & 1) << 2;
         }
         bits
     }

@@ -105,11 +105,16 @@ impl Frontiers {
                 touched.entry(u64::from(owner)).or_insert(false);
             }
         }
-        for &cell in &gained {
-            for neighbour in around(cell) {
-                let owner = layer.owner(neighbour);
-                if owner != NONE {
-                    touched.insert(u64::from(owner), true);
+        let mut last = NONE;
+        for &[x, y, z] in &gained {
+            for (dy, dz) in ROWS {
+                let held = layer.held([x, y + dy, z + dz]);
+                for dx in (-1..=1).filter(|dx| held >> (dx + 1) & 1 != 0) {
+                    let owner = layer.owner([x + dx, y + dy, z + dz]);
+                    if owner != last && owner != NONE {
+                        touched.insert(u64::from(owner), true);
+                        last = owner;
+                    }
                 }
             }
         }
@@ -204,17 +209,6 @@ impl Frontiers {
         let layers = self.layers.as_ref()?;
         layers.iter().find(|l| l.holds(cell)).map(|l| l.kind)
     }
-}
-
-/// The 26 neighbours.
-fn around(cell: Cell) -> impl Iterator<Item = Cell> {
-    (-1..=1).flat_map(move |dz| {
-        (-1..=1).flat_map(move |dy| {
-            (-1..=1).filter_map(move |dx| {
-                ((dx, dy, dz) != (0, 0, 0)).then_some([cell[0] + dx, cell[1] + dy, cell[2] + dz])
-            })
-        })
-    })
 }
 
 /// Rows of the 26 neighbours beside a cell's own, along y and z.

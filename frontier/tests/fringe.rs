@@ -124,3 +124,28 @@ fn all_of(size: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
     (0..size[2])
         .flat_map(move |z| (0..size[1]).flat_map(move |y| (0..size[0]).map(move |x| [x, y, z])))
 }
+
+/// Rows longer than a word, at every offset in the fringe's own words.
+#[test]
+fn wide_rows_equal_their_definition() {
+    let size = [131, 5, 3];
+    let mut grid = Grid::new(size);
+    let mut random = 1u64;
+    let cells = || {
+        (0..size[2])
+            .flat_map(move |z| (0..size[1]).flat_map(move |y| (0..size[0]).map(move |x| [x, y, z])))
+    };
+    for cell in cells() {
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        let state = [State::Free, State::Unknown, State::Occupied][(random >> 33) as usize % 3];
+        grid.set(cell, state);
+    }
+    let fringe = Fringe::new(&grid);
+    let wanted: Vec<_> = cells()
+        .filter(|&c| grid.get(c) == State::Unknown && beside(c).iter().any(|&n| grid.is_free(n)))
+        .collect();
+    assert_eq!(fringe.cells().collect::<Vec<_>>(), wanted);
+    assert_eq!(fringe.len(), wanted.len());
+}

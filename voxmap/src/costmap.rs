@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::geometry::CellBox;
 use crate::map::VoxelMap;
-use std::collections::VecDeque;
+use crate::rings::rings;
 
 /// Clearance is exact up to here and a lower bound beyond, m.
 const EXACT: f64 = 1.0;
@@ -121,8 +121,9 @@ impl CostMap {
     fn measure(&mut self) {
         self.revision += 1;
         self.free = self.ground.iter().filter(|&&g| g == Ground::Free).count();
-        self.blocked_rings = rings(&self.ground, self.size, true, |g| g != Ground::Free);
-        self.obstacle_rings = rings(&self.ground, self.size, false, |g| g == Ground::Obstacle);
+        let is = |wanted: Ground| self.ground.iter().map(move |&g| g == wanted);
+        self.blocked_rings = rings(is(Ground::Free).map(|free| !free), self.size[0], true);
+        self.obstacle_rings = rings(is(Ground::Obstacle), self.size[0], false);
     }
 
     /// Projects the columns of the changed boxes again. Equal to a whole projection; is one if the map's bounds changed.
@@ -342,52 +343,4 @@ fn ring_cells(r: i32) -> impl Iterator<Item = (i32, i32)> {
     (-r..=r)
         .flat_map(move |d| [(d, -r), (d, r)])
         .chain((1 - r..r).flat_map(move |d| [(-r, d), (r, d)]))
-}
-
-/// King's steps from every cell to the nearest one that `blocks`, by breadth-first search; capped at 250.
-fn rings(
-    ground: &[Ground],
-    size: [usize; 2],
-    outside: bool,
-    blocks: impl Fn(Ground) -> bool,
-) -> Vec<u8> {
-    const FAR: u8 = 250;
-    let [nx, ny] = size;
-    let mut steps = vec![FAR; ground.len()];
-    let mut queue = VecDeque::new();
-    for y in 0..ny {
-        for x in 0..nx {
-            let i = y * nx + x;
-            if blocks(ground[i]) {
-                steps[i] = 0;
-                queue.push_back(i);
-            }
-        }
-    }
-    if outside {
-        for y in 0..ny {
-            for x in 0..nx {
-                let edge = x.min(nx - 1 - x).min(y).min(ny - 1 - y) == 0;
-                let i = y * nx + x;
-                if edge && steps[i] == FAR {
-                    steps[i] = 1;
-                    queue.push_back(i);
-                }
-            }
-        }
-    }
-    while let Some(i) = queue.pop_front() {
-        let next = steps[i].saturating_add(1).min(FAR);
-        let (x, y) = (i % nx, i / nx);
-        for yy in y.saturating_sub(1)..(y + 2).min(ny) {
-            for xx in x.saturating_sub(1)..(x + 2).min(nx) {
-                let j = yy * nx + xx;
-                if steps[j] > next {
-                    steps[j] = next;
-                    queue.push_back(j);
-                }
-            }
-        }
-    }
-    steps
 }

@@ -31,6 +31,7 @@ mod inspect;
 pub mod io;
 mod map;
 mod regions;
+mod rings;
 mod sensor;
 mod simd;
 mod snapshot;

@@ -229,7 +229,14 @@ fn distances(map: &VoxelMap, truncation: f64) -> Result<Value, Failure> {
 /// Frontiers of the finished map, and their upkeep over the scans.
 fn frontiers(w: &Workload) -> Result<Value, Failure> {
     let mut clusters = frontier::Frontiers::new(frontier::Params::default())?;
-    let (mut detection, mut upkeep) = (Vec::new(), Vec::new());
+    // FUEL's search: exploration alone, cut along the principal axis until at most 2 m from end to end.
+    let mut fuel = frontier::Frontiers::new(frontier::Params {
+        exploration_split: frontier::Split::PrincipalAxis,
+        exploration_extent: 2.0 / w.cell_size,
+        inspection_band: (i32::MIN, i32::MIN + 1),
+        ..frontier::Params::default()
+    })?;
+    let (mut detection, mut upkeep, mut like_fuel) = (Vec::new(), Vec::new(), Vec::new());
     let mut words = 0;
     let (map, _) = inserted(w, false, None, |map| {
         let changes = map.take_changes();
@@ -253,6 +260,7 @@ fn frontiers(w: &Workload) -> Result<Value, Failure> {
         detection.push(timed(near).1);
         let boxes: Vec<_> = changes.boxes.iter().map(|b| (b.low, b.high)).collect();
         upkeep.push(timed(|| clusters.update(&*map, &boxes)).1);
+        like_fuel.push(timed(|| fuel.update(&*map, &boxes)).1);
     })?;
     let mut found = 0;
     detect(&map, |words| {
@@ -265,6 +273,8 @@ fn frontiers(w: &Workload) -> Result<Value, Failure> {
         "changed_boxes_us": median_ms(&mut detection) * 1e3,
         "clusters_update_ms": median_ms(&mut upkeep),
         "clusters": clusters.clusters().count(),
+        "clusters_like_fuel_update_ms": median_ms(&mut like_fuel),
+        "clusters_like_fuel": fuel.clusters().count(),
     }))
 }
 
