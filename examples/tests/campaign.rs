@@ -15,7 +15,7 @@ const SUITE: &str = r#"
 planners = ["wg-nbvp", "aep", "heats-plus/camera"]
 scenes = ["closet"]
 seeds = 2
-time_limit = 8.0
+time_limit = 17.0
 "#;
 
 fn suite(text: &str) -> HeatsTables {
@@ -99,7 +99,7 @@ fn two_jobs_give_what_one_gives() {
     let one = TrialFile::from_json(&one).unwrap();
     assert_eq!(one.version, env!("CARGO_PKG_VERSION"));
     assert!(one.scene_hash.starts_with("fnv1a64-") && one.rustc.starts_with("rustc"));
-    assert!(!one.machine.cpu.is_empty() && one.result.settings.contains("time_limit = 8.0"));
+    assert!(!one.machine.cpu.is_empty() && one.result.settings.contains("time_limit = 17.0"));
     std::fs::remove_dir_all(out).unwrap();
 }
 
@@ -225,7 +225,11 @@ fn versions_and_settings_are_not_mixed_and_missing_trials_are_named() {
         ("\"version\": \"", "\"version\": \"9.", "version"),
         ("\"rustc\": \"", "\"rustc\": \"other ", "rustc"),
         ("fnv1a64-", "fnv1a64-0", "scene_hash"),
-        ("time_limit = 8.0", "time_limit = 9.0", "time_limit = 9.0"),
+        (
+            "time_limit = 17.0",
+            "time_limit = 19.0",
+            "time_limit = 19.0",
+        ),
         ("closet.aep.seed02", "closet.aep.seed01", "trial"),
     ] {
         std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
@@ -244,7 +248,7 @@ fn versions_and_settings_are_not_mixed_and_missing_trials_are_named() {
         );
     }
     std::fs::write(&path, &text).unwrap();
-    let other = SUITE.replace("time_limit = 8.0", "time_limit = 8.5");
+    let other = SUITE.replace("time_limit = 17.0", "time_limit = 17.5");
     let error = bench::collect(&suite(&other), &out)
         .unwrap_err()
         .to_string();
@@ -324,6 +328,9 @@ fn the_tables_of_the_paper_are_a_hundred_trials() {
             assert!(trials.iter().any(|t| t.name == name), "{name}");
         }
     }
+    // The suite that comes as an example is valid.
+    let example = bench::suite("suites/closet.toml", None).unwrap();
+    assert_eq!(example.trials().len(), 4);
     assert_eq!(
         bench::suite("heats-tables", Some(3))
             .unwrap()
@@ -419,7 +426,7 @@ fn wrong_suites_are_refused_by_field() {
             "wg-nbvp",
         ),
         (
-            "time_limit = 8.0",
+            "time_limit = 17.0",
             "time_limit = -1.0",
             |e| matches!(e, SuiteError::Settings { .. }),
             "time_limit",

@@ -188,23 +188,6 @@ impl<'a> Results<'a> {
             flaw,
         }
     }
-
-    /// Writes a result under a name of this process's own and renames it: two workers that run the same trial do not mix.
-    fn keep(&self, trial: usize, json: &str) -> Result<(), WriteError> {
-        let own = format!(".{}.{}", self.file(trial), std::process::id());
-        let written = write_file(&self.folder, &own, json);
-        let partial = self.folder.join(&own);
-        let path = self.folder.join(self.file(trial));
-        let kept = written.and_then(|_| {
-            std::fs::rename(&partial, &path).map_err(|source| WriteError { path, source })
-        });
-        if kept.is_err() {
-            // Room for others, where the disk is full.
-            let _ = std::fs::remove_file(&partial);
-            let _ = std::fs::remove_file(self.folder.join(format!(".{own}.partial")));
-        }
-        kept
-    }
 }
 
 /// Runs what is missing of a suite's shard and reports once every trial of the suite has a result.
@@ -256,7 +239,7 @@ pub fn run(
                 return;
             }
             let mut deliver = |trial: usize, json: String| {
-                if let Err(error) = results.keep(trial, &json) {
+                if let Err(error) = write_file(&results.folder, &results.file(trial), &json) {
                     fail(error.into());
                     return false;
                 }

@@ -81,10 +81,15 @@ pub fn write_file(folder: &Path, name: &str, text: &str) -> Result<PathBuf, Writ
     };
     std::fs::create_dir_all(folder).map_err(fail(folder))?;
     let path = folder.join(name);
-    let partial = partial_name(&path);
-    std::fs::write(&partial, text).map_err(fail(&partial))?;
-    std::fs::rename(&partial, &path).map_err(fail(&path))?;
-    Ok(path)
+    // A name of this process's own, so that two that write the same file do not mix.
+    let partial = path.with_file_name(format!(".{name}.{}.partial", std::process::id()));
+    let written = std::fs::write(&partial, text).map_err(fail(&partial));
+    let kept = written.and_then(|()| std::fs::rename(&partial, &path).map_err(fail(&path)));
+    if kept.is_err() {
+        // Room for others, where the disk is full.
+        let _ = std::fs::remove_file(&partial);
+    }
+    kept.map(|()| path)
 }
 
 /// Name that a file has until it is whole.
