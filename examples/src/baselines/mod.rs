@@ -39,6 +39,7 @@
 //! - Rays end at the scene's border, not at the camera's height band, and at the robot's own base.
 
 mod aep;
+mod first_look;
 mod gain;
 mod gp;
 mod planner;

@@ -1,6 +1,7 @@
 //! The run: sense, plan, drive, reach out, look, until the planner has nothing left or the time is over.
 
 use super::aep::Aep;
+use super::first_look::first_look;
 use super::planner::{Next, Planner, Sight};
 use super::rig::Rig;
 use super::settings::{Baseline, BaselineSettings};
@@ -15,7 +16,6 @@ use crate::scene::Scene;
 use crate::sim::TICK;
 use robots::BodyState;
 use std::collections::VecDeque;
-use std::f64::consts::{PI, TAU};
 use std::sync::atomic::{AtomicBool, Ordering};
 use viewsample::Pose;
 
@@ -430,57 +430,10 @@ impl Search<'_> {
         });
     }
 
-    /// Turns on the spot with the camera level, and back with it down, so that the floor around the start is known; where the base
-    /// cannot turn, the shoulder does. As HEATS begins with the camera alone.
+    /// Begins the first look around.
     fn look_around(&mut self, now: f64) {
         let (base, joints) = self.here();
-        let turns = {
-            let whole = self.rig.whole();
-            (0..36).all(|i| {
-                let (s, c) = (base[2] + f64::from(i) * TAU / 36.0).sin_cos();
-                whole.robot.base_circles().iter().all(|&([x, y], r)| {
-                    let p = [base[0] + c * x - s * y, base[1] + s * x + c * y];
-                    whole.mapper.ground.obstacle_clearance(p) >= r + 0.1
-                })
-            })
-        };
-        let steps = 70;
-        // Rest to rest, within the limits of acceleration.
-        let ease = |t: f64| t * t * (3.0 - 2.0 * t);
-        let mut path = BodyPath {
-            base: Vec::new(),
-            joints: Vec::new(),
-        };
-        for pass in 0..2 {
-            for i in 0..=if turns { steps } else { 3 * steps } {
-                let lower = if pass == 0 {
-                    0.0
-                } else {
-                    ease((i as f64 * STEP / 2.5).min(1.0))
-                };
-                let mut at: Joints =
-                    std::array::from_fn(|j| joints[j] + lower * (self.rig.down[j] - joints[j]));
-                let mut pose = base;
-                if turns {
-                    let part = ease(i as f64 / f64::from(steps));
-                    pose[2] += TAU * if pass == 0 { part } else { 1.0 - part };
-                } else {
-                    // The shoulder: to one side, to the other, and back.
-                    let third = i / steps;
-                    let part = ease(f64::from(i - third * steps) / f64::from(steps));
-                    at[0] += 0.8
-                        * PI
-                        * match third {
-                            0 => part,
-                            1 => 1.0 - 2.0 * part,
-                            2 => part - 1.0,
-                            _ => 0.0,
-                        };
-                }
-                path.base.push(pose);
-                path.joints.push(at);
-            }
-        }
+        let path = first_look(&self.rig.whole(), (base, joints), &self.rig.down);
         let (end, held) = path.end();
         let frame = self.rig.robot.camera_frame(&BodyState {
             base: end,
