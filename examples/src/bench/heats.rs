@@ -202,20 +202,29 @@ impl Suite for HeatsTables {
             sections.push(self.section(scene, &lines, &more, &of));
         }
         let (mut table, mut markdown) = (String::new(), String::new());
-        for (title, lines) in [(SECOND_TITLE, &second), (THIRD_TITLE, &third)] {
-            let _ = writeln!(table, "{title}\n{}", plain(lines));
-            let _ = writeln!(markdown, "**{title}**\n\n{}", marked(lines));
+        for (title, number, lines) in [(SECOND_TITLE, "II", &second), (THIRD_TITLE, "III", &third)]
+        {
+            let title = if self.is_the_papers() {
+                format!("{title} (HEATS, Table {number})")
+            } else {
+                title.to_owned()
+            };
+            let lines = self.columns(lines);
+            let _ = writeln!(table, "{title}\n{}", plain(&lines));
+            let _ = writeln!(markdown, "**{title}**\n\n{}", marked(&lines));
         }
         let (version, rustc) = build();
         let build = format!("seekplan {version}, {rustc}.");
-        let notes = [NOTES, &build];
-        for note in notes {
+        let (heading, notes) = if self.is_the_papers() {
+            (PAPERS_TITLE, format!("{NOTES}{PAPER_NOTE}"))
+        } else {
+            (TITLE, format!("{NOTES}."))
+        };
+        for note in [&notes, &build] {
             let _ = writeln!(table, "{note}");
             let _ = writeln!(markdown, "{note}\n");
         }
-        let mut paragraphs: Vec<String> = notes.map(String::from).to_vec();
-        paragraphs.push(MARKS.into());
-        let html = page(TITLE, &paragraphs, &sections);
+        let html = page(heading, &[notes, build, MARKS.into()], &sections);
         Ok((
             table,
             vec![
@@ -228,6 +237,25 @@ impl Suite for HeatsTables {
 }
 
 impl HeatsTables {
+    /// Whether the paper has figures of any row.
+    fn is_the_papers(&self) -> bool {
+        let r = &self.resolved;
+        let has = |p: &Published| {
+            let scene = r.scenes.iter().any(|(name, _)| name == p.0);
+            scene && r.rows.iter().any(|row| row.name == p.1)
+        };
+        PUBLISHED.iter().any(has)
+    }
+
+    /// Lines without the paper's columns where it has nothing to say.
+    fn columns(&self, lines: &[Vec<String>]) -> Vec<Vec<String>> {
+        let heads = lines.first().cloned().unwrap_or_default();
+        let stays = |c: &usize| self.is_the_papers() || heads[*c] != PAPER;
+        let kept: Vec<usize> = (0..heads.len()).filter(stays).collect();
+        let pick = |line: &Vec<String>| kept.iter().map(|&c| line[c].clone()).collect();
+        lines.iter().map(pick).collect()
+    }
+
     /// A scene's part of the page.
     fn section<'a>(
         &self,
@@ -268,7 +296,8 @@ impl HeatsTables {
             .iter()
             .zip(third)
             .map(|(a, b)| a.iter().chain(&b[2..]).cloned().collect())
-            .collect();
+            .collect::<Vec<Vec<String>>>();
+        let table = self.columns(&table);
         Section {
             title: self.resolved.scenes[scene].0.clone(),
             table,
@@ -291,28 +320,32 @@ impl HeatsTables {
     }
 }
 
-const TITLE: &str = "HEATS, Tables II and III";
-const SECOND_TITLE: &str = "Search time and completeness (HEATS, Table II)";
-const THIRD_TITLE: &str = "Base path and joint rotation (HEATS, Table III)";
+const TITLE: &str = "Searches for tags";
+const PAPERS_TITLE: &str = "HEATS, Tables II and III";
+const SECOND_TITLE: &str = "Search time and completeness";
+const THIRD_TITLE: &str = "Base path and joint rotation";
+/// Heading of the paper's figures.
+const PAPER: &str = "paper";
 const SECOND: [&str; 7] = [
     "scene",
     "planner",
     "time, s",
-    "paper",
+    PAPER,
     "at the limit",
     "completeness, %",
-    "paper",
+    PAPER,
 ];
 const THIRD: [&str; 6] = [
     "scene",
     "planner",
     "base path, m",
-    "paper",
+    PAPER,
     "joint rotation, rad",
-    "paper",
+    PAPER,
 ];
-const NOTES: &str = "Mean ± standard deviation over seeds; at the limit: trials that the time limit ended; paper: what the HEATS paper \
-    reports for its own simulator, scenes of the same size and tags of its own.";
+const NOTES: &str =
+    "Mean ± standard deviation over seeds; at the limit: trials that the time limit ended";
+const PAPER_NOTE: &str = "; paper: what the HEATS paper reports for its own simulator, scenes of the same size and tags of its own.";
 const MARKS: &str = "Curves: mean over seeds, and the band between the least and the most. Boxes: median and quartiles, with whiskers to \
     the farthest trial within 1.5 of the box's width. Every mark is a trial and opens its result. The settings in a result, saved as a \
     TOML file, repeat the trial with a report of its own: seekplan heats --scene SCENE --config FILE --out DIR.";
@@ -423,4 +456,45 @@ fn marked(lines: &[Vec<String>]) -> String {
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_stand_beside_the_papers_figures() {
+        let suite = HeatsTables::embedded(Some(1)).expect("embedded");
+        assert!(suite.is_the_papers());
+        let (second, third) = summary("office", "aep", &[]);
+        assert_eq!((second[3].as_str(), second[6].as_str()), ("> 900", "50.0"));
+        assert_eq!((third[3].as_str(), third[5].as_str()), ("198.3", "1102.2"));
+        let (second, _) = summary("maze", "heats-camera", &[]);
+        assert_eq!(
+            (second[3].as_str(), second[6].as_str()),
+            ("468 ± 27", "100.0")
+        );
+        let (second, third) = summary("maze", "heats-plus", &[]);
+        assert_eq!((second[3].as_str(), third[5].as_str()), ("-", "-"));
+        // Every figure of the paper has its row in the suite.
+        for p in PUBLISHED {
+            assert!(suite.resolved.scenes.iter().any(|(name, _)| name == p.0));
+            assert!(
+                suite.resolved.rows.iter().any(|row| row.name == p.1),
+                "{}",
+                p.1
+            );
+        }
+        assert_eq!(
+            suite.columns(&[SECOND.map(String::from).to_vec()])[0].len(),
+            7
+        );
+        let text = EMBEDDED.replace("\"office\", \"maze\"", "\"closet\"");
+        let file = SuiteFile::from_toml(&text).expect("valid");
+        let own = HeatsTables::new(&file, None).expect("valid");
+        assert_eq!(
+            own.columns(&[SECOND.map(String::from).to_vec()])[0].len(),
+            5
+        );
+    }
 }
