@@ -7,7 +7,7 @@
 Builds and runs `bench_scans` (voxmap/examples), which times our side and dumps its scans and obstacle grids; then inserts the
 same scans with octomap-python (C++ OctoMap; every ray, and discretised) and transforms the same grids with edt. DIR holds real
 scans (see voxmap/examples/bench_scans/files.rs). CPU time (ours and OctoMap of one thread, edt with parallel=1), medians; peers and ours take turns by workload.
-Peers that are not installed are left out.
+Peers that are not installed are left out; ratios marked ~ are to peers measured elsewhere, by way of OctoMap (`THEN`).
 """
 import argparse
 import json
@@ -19,6 +19,16 @@ import time
 from pathlib import Path
 
 import numpy as np
+
+# Peers that cannot be installed from a registry, ms per scan on the same kind of workload, measured once beside OctoMap's
+# insertion of every ray (C++, all built with -O3 -march=native): OctoMap, Bonxai (deduped), FUEL's insertion and frontier search,
+# ROG-Map. Their ratios to OctoMap stand for them here: ours / theirs = (OctoMap now / ours now) / (OctoMap then / theirs then).
+THEN = {
+    "L15": {"octomap": 45, "bonxai": 1.65, "fuel": 4.7, "fuel_frontiers": 4.1, "rog_map": 12.2},
+    "L05": {"octomap": 984, "bonxai": 15.7, "fuel": 59, "fuel_frontiers": 193, "rog_map": 97},
+    "D15": {"octomap": 9.3, "bonxai": 0.44, "fuel": 0.87, "fuel_frontiers": 1.3, "rog_map": 6.1},
+    "D05": {"octomap": 202, "bonxai": 5.6, "fuel": 15.7, "fuel_frontiers": 40, "rog_map": 34},
+}
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -75,6 +85,20 @@ def edt_figures(path):
     return {"edt_ms": best, "edt_ns_per_cell": best * 1e6 / grid.size}
 
 
+def indirect(workload, octomap_ms):
+    """Ratios to the peers of `THEN`, by way of OctoMap."""
+    then, frontiers = THEN.get(workload["name"]), workload["frontiers"]
+    if not then:
+        return {}
+    ours = {
+        "bonxai": workload["insert_dedupe_ms"],
+        "fuel": workload["insert_all_ms"],
+        "rog_map": workload["insert_all_ms"],
+        "fuel_frontiers": frontiers["clusters_like_fuel_update_ms"],
+    }
+    return {f"~{peer}": octomap_ms / ms * then[peer] / then["octomap"] for peer, ms in ours.items()}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", nargs="?", help="real scans")
@@ -103,6 +127,7 @@ def main():
                 row["ratio"]["insert_dedupe_to_all"] = o["insert_all_ms"] / workload["insert_dedupe_ms"]
                 row["ratio"]["cast"] = o["cast_us"] / workload["queries"]["cast_us"]
                 row["ratio"]["memory"] = o["memory_mib"] / workload["memory_mib"]
+                row["ratio"].update(indirect(workload, o["insert_all_ms"]))
             except ImportError:
                 pass
             grid_file = Path(dump) / f"{workload['name']}.occ"

@@ -130,6 +130,58 @@ proptest! {
         }
     }
 
+    /// What a scan does to a cell does not depend on how many scans elsewhere lie in between: 1, 255, 256 or 300.
+    #[test]
+    fn scans_elsewhere_do_not_matter(seed: u64) {
+        let blank = map(0.25, [40.0, 20.0, 8.0]);
+        let (near, far) = (blank.center([3, 3, 3]), blank.center([35, 15, 6]));
+        let mut numbers = Numbers(seed);
+        let mut ends = |low: i32| -> Vec<[f32; 3]> {
+            (0..9)
+                .map(|_| {
+                    let cell = [0, 1, 2].map(|a| low.min(31 / (a + 1)) + numbers.below(4) as i32);
+                    blank.center(cell).map(|v| v as f32)
+                })
+                .collect()
+        };
+        let (here, there) = (ends(0), ends(31));
+        let own = |between: usize| -> Vec<State> {
+            let mut map = blank.clone();
+            for _ in 0..2 {
+                map.insert(&Scan { origin: near, hits: &here, ..Scan::default() }).unwrap();
+                for _ in 0..between {
+                    map.insert(&Scan { origin: far, hits: &there, ..Scan::default() }).unwrap();
+                }
+            }
+            cells(&map).filter(|c| c[0] < 8).map(|c| map.state(c)).collect()
+        };
+        let once = own(1);
+        for between in [255, 256, 300] {
+            prop_assert_eq!(&own(between), &once);
+        }
+    }
+
+    /// Maps that are filled side by side in two threads hold the same, byte for byte, as those filled one after the other.
+    #[test]
+    fn threads_do_not_matter(seed: u64) {
+        let fill = move |seed: u64| {
+            let mut map = map(0.25, [40.0, 20.0, 8.0]);
+            for k in 0..4 {
+                let origin = Numbers(seed ^ k).point(&map);
+                let hits = points(seed ^ (k + 9), &map, 300);
+                map.insert(&Scan { origin, hits: &hits, ..Scan::default() }).unwrap();
+            }
+            let field = Esdf::new(&map, EsdfParams::default()).unwrap();
+            let distances: Vec<u64> = cells(&map).map(|c| field.cell_distance(c).to_bits()).collect();
+            (map.save(), distances)
+        };
+        let alone = [fill(seed), fill(!seed)];
+        let side_by_side = std::thread::scope(|scope| {
+            [seed, !seed].map(|s| scope.spawn(move || fill(s))).map(|t| t.join().unwrap())
+        });
+        prop_assert_eq!(alone, side_by_side);
+    }
+
     /// The same scan again and again saturates: nothing changes from some point on, and 300 scans are as good as 30.
     #[test]
     fn repeated_scans_saturate(seed: u64) {

@@ -69,6 +69,41 @@ fn walks_visit_exactly_the_cells_they_cross() {
     }
 }
 
+/// A ray and its reverse cross the same cells, unless they touch a border between cells: there each may take either side.
+#[test]
+fn reversed_walks_visit_the_same_cells() {
+    let mut numbers = Numbers(27);
+    let mut same = 0;
+    for _ in 0..400 {
+        let map = map(0.25, [13.0, 9.0, 7.0]);
+        let (from, to) = (numbers.point(&map), numbers.point(&map));
+        let walked = |from, to| {
+            let mut path = BTreeSet::new();
+            map.walk(from, to, |c| {
+                path.insert(c);
+                ControlFlow::Continue(())
+            });
+            path
+        };
+        let (there, back) = (walked(from, to), walked(to, from));
+        assert_eq!(there.len(), back.len());
+        for &cell in there.symmetric_difference(&back) {
+            let (enter, leave) = overlap(&map, cell, from, to, 0.0);
+            let metres = (leave - enter).max(0.0)
+                * (0..3)
+                    .map(|a| (to[a] - from[a]).powi(2))
+                    .sum::<f64>()
+                    .sqrt();
+            assert!(
+                metres < 1e-6,
+                "{cell:?} is crossed for {metres} m one way only"
+            );
+        }
+        same += usize::from(there == back);
+    }
+    assert!(same > 390, "{same}");
+}
+
 /// A whole scan against sets of cells: once per cell, hits win, the self filter holds.
 #[test]
 fn scans_equal_a_model_of_single_rays() {
