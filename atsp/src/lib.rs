@@ -21,6 +21,21 @@
 //! assert!(tour.optimal);
 //! # Ok::<(), atsp::Error>(())
 //! ```
+//!
+//! # Cost
+//!
+//! Up to [`Params::exact_nodes`] nodes by dynamic programming: n² 2ⁿ steps, at most 0.4 MB. Above, each kick of the local search looks at a
+//! few segments; the assignment problem that starts it takes n³ steps at most. Memory is at most 64 n² bytes + 1 KiB n, and nothing is
+//! allocated per kick.
+//!
+//! # Limits
+//!
+//! A matrix of costs has to fit: some thousand nodes. Above `exact_nodes` an order is the best found, with a proved lower bound beside it.
+//! Closed tours over independent random costs of 100 nodes and more stand 2 to 4 % above the optimum for 100 ms.
+//!
+//! # Citation
+//!
+//! Please cite seekplan (`CITATION.cff` of the repository), and HEATS (Zhang et al., Algorithm 1) for [`two_level`].
 
 mod arborescence;
 mod ascent;

@@ -27,6 +27,20 @@
 //! assert!(solver.inputs().iter().all(|u| u[0].abs() < 1.0));
 //! # Ok::<(), ddp_rbf::Error>(())
 //! ```
+//!
+//! # Cost
+//!
+//! An iteration is linear in the knots and cubic in states and inputs of one knot, whose numbers are fixed at compile time. Memory is a few
+//! matrices for each knot; nothing is allocated after construction.
+//!
+//! # Limits
+//!
+//! A solve finds a local optimum near its guess, from which a wall between two ways is not crossed. Barriers are relaxed: a constraint may be
+//! cut by some millimetres, and only the guard promises clearance.
+//!
+//! # Citation
+//!
+//! Please cite seekplan (`CITATION.cff` of the repository) and HEATS (Zhang et al.), sect. V-B, eq. 6-9.
 
 mod barrier;
 mod chain;

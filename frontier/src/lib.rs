@@ -15,6 +15,21 @@
 //! let map = Grid::parse("..?#");
 //! assert_eq!(exploration(&map), [[1, 0, 0]]);
 //! ```
+//!
+//! # Cost
+//!
+//! An update looks at the cells of the changed boxes, 64 at a time where the map can, and at the clusters they touch; a first one looks at
+//! the whole of [`Map::bounds`]. Memory is a few bits for each cell of the bounds and an owner for each frontier cell and its neighbours in
+//! a word. K-means takes time in proportion to the cells.
+//!
+//! # Limits
+//!
+//! Cells are `i32` indices and bounds are finite: a map without bounds gives those of what it has seen. One thread.
+//!
+//! # Citation
+//!
+//! Please cite seekplan (`CITATION.cff` of the repository) and the paper whose frontiers you use: HEATS (Zhang et al.) or FLAP for CAOS
+//! (Gedicke, Günther and Hertzberg, IFAC IAV 2016).
 
 mod cluster;
 pub mod conformance;

@@ -23,6 +23,21 @@
 //! assert_eq!(timed.motions[0], Motion::Forward);
 //! # Ok::<(), hybrid_astar::Error>(())
 //! ```
+//!
+//! # Cost
+//!
+//! A query makes one wave over the grid's cells and expands at most [`Params::max_expansions`] nodes, each with some dozen clearance
+//! queries; memory is a few numbers for each cell and each node.
+//!
+//! # Limits
+//!
+//! Flat ground and a footprint of circles. A passage that is a centimetre or two too narrow may be neither refused by proof nor found: then
+//! the search ends with its budget and names the place.
+//!
+//! # Citation
+//!
+//! Please cite seekplan (`CITATION.cff` of the repository) and Dolgov, Thrun, Montemerlo and Diebel, Path Planning for Autonomous Vehicles
+//! in Unknown Semi-structured Environments (IJRR 29, 2010), whose search this is.
 
 mod body;
 pub mod conformance;

@@ -29,6 +29,20 @@
 //! assert!((found.expected_time - (10.0 + 0.4 * 10.0)).abs() < 1e-9); // FLAP eq. 4
 //! # Ok::<(), objsearch::Error>(())
 //! ```
+//!
+//! # Cost
+//!
+//! [`optimal`] takes v² 2ᵛ steps for v views. The searches take what their [`Budget`] allows, in steps that look at the cells that one view
+//! shows; a table of travel is v² numbers.
+//!
+//! # Limits
+//!
+//! One target that does not move and is seen for certain, or with a given probability, in views that show its cell. Views and travel times
+//! are given; sampling and path planning are other crates' work.
+//!
+//! # Citation
+//!
+//! Please cite seekplan (`CITATION.cff` of the repository) and FLAP for CAOS (Gedicke, Günther and Hertzberg, IFAC IAV 2016).
 
 mod belief;
 mod bound;

@@ -39,6 +39,20 @@
 //! assert_eq!(body.arm().len(), 25);
 //! # Ok::<(), robots::Error>(())
 //! ```
+//!
+//! # Cost
+//!
+//! Closed-form kinematics take constant time and never allocate; [`Chain`]'s inverse kinematics iterate, each time in proportion to the
+//! joints. A whole-body check looks up every sphere once.
+//!
+//! # Limits
+//!
+//! Closed forms are for the UR5e's geometry. [`Chain`] finds a solution near its start or says that it found none, which is no proof.
+//! Collision spheres contain the solids: self-clearance is never too large and somewhat too small.
+//!
+//! # Citation
+//!
+//! Please cite seekplan (`CITATION.cff` of the repository).
 
 mod base;
 mod batch;

@@ -23,6 +23,19 @@
 //! assert_eq!(found.path[11], [0.5]);
 //! # Ok::<(), strrt::Error>(())
 //! ```
+//!
+//! # Cost
+//!
+//! [`Robot::is_valid`] is most of the time; beside it a sample costs a look through the tree's nodes. Memory is one state for each node.
+//!
+//! # Limits
+//!
+//! The number of joints is fixed at compile time, and all joints are intervals (one that turns for ever has wide limits). `Infeasible` is
+//! said only where start, goal, base or the wait that is needed rule a path out; elsewhere a search that finds none ends with its samples.
+//!
+//! # Citation
+//!
+//! Please cite seekplan (`CITATION.cff` of the repository) and HEATS (Zhang et al.), sect. V-A.
 
 mod adapters;
 mod error;

@@ -16,6 +16,23 @@
 //! assert_eq!(map.state([6, 0, 0]), State::Unknown);
 //! # Ok::<(), voxmap::Error>(())
 //! ```
+//!
+//! # Cost
+//!
+//! A scan takes one step for each cell on each of its rays, 16 rays at a time, and one update for each cell it touches. Casts, updates of the
+//! distance field, the cost map and the lists of changes cost what they look at, not the map. Memory is a quarter of a byte for each cell of
+//! the bounds, and in pages of 64 x 8 x 8 cells a byte more for each where something was observed, three quarters where a face was
+//! inspected.
+//!
+//! # Limits
+//!
+//! Bit planes are dense over the bounds: at most 2^30 cells, so that a kilometre at 5 cm is out of reach. Log-odds have steps of 0.05.
+//! Insertion uses one thread; planners read a [`Snapshot`] meanwhile.
+//!
+//! # Citation
+//!
+//! Please cite seekplan (`CITATION.cff` of the repository); the model is OctoMap's (Hornung, Wurm, Bennewitz, Stachniss and Burgard,
+//! Autonomous Robots 34, 2013).
 
 mod ball;
 mod cast;
