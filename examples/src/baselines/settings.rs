@@ -315,9 +315,9 @@ pub struct StandSettings {
 impl Default for StandSettings {
     fn default() -> Self {
         Self {
-            distances: vec![0.15, 0.3, 0.45, 0.6, 0.75],
-            bearings: 24,
-            yaws: 8,
+            distances: vec![0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8],
+            bearings: 36,
+            yaws: 12,
             ways: 6,
             clearance: 0.05,
             exclusion: 20.0,

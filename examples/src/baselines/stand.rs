@@ -82,7 +82,7 @@ pub(super) fn in_reach(
         })
 }
 
-/// The stands that show a view, the quickest first. `looked` counts those looked at.
+/// The stands that show a view, the quickest first. `looked` counts those whose arm was asked for.
 pub(super) fn stands(
     whole: &Whole<'_>,
     ways: &Ways,
@@ -108,7 +108,6 @@ pub(super) fn stands(
                 .into_iter()
                 .chain((0..settings.yaws).map(turned))
             {
-                *looked += 1;
                 let base = [place[0], place[1], yaw];
                 if whole.base_room(base) < whole.base_clearance + GOAL_ROOM {
                     continue;
@@ -122,6 +121,7 @@ pub(super) fn stands(
                 if found.len() > STANDS && found[STANDS].seconds < driven {
                     continue;
                 }
+                *looked += 1;
                 let reach = whole.robot.ik_camera_frame(base, &frame, &from.1);
                 let free = reach
                     .as_slice()
