@@ -351,14 +351,9 @@ function trail(columns, from, time) {
 }
 function drawHeats() {
   const pose = poseAt(now), decision = latest(decisions, now), plan = latest(plans, now);
-  if (on.regions) {
-    const event = latest(regionEvents, now);
-    if (event && decision) {
-      const order = decision.regions.filter((id) => event.centers.has(id)).map((id) => event.centers.get(id));
-      stroke(order, '#475569', 1.2, [2, 4]);
-      order.forEach((p, k) => badge(p, k + 1, '#64748b'));
-    }
-  }
+  const event = on.regions && latest(regionEvents, now), centers = event ? event.centers : new Map();
+  const order = decision ? decision.regions.filter((id) => centers.has(id)).map((id) => centers.get(id)) : [];
+  stroke(order, '#475569', 1.2, [2, 4]);
   if (on.scene) drawScene();
   // What is long ago is pale, so that a long run stays readable.
   const fresh = Math.max(now - 90, 0);
@@ -381,6 +376,8 @@ function drawHeats() {
   if (on.chosen && under) frustum(plan.goal, Math.min(begin.robot.range, 1.6), COLOR.chosen, 0.12);
   if (under && on.base) { stroke(plan.base, '#ffffff', 4); stroke(plan.base, '#15803d', 2.2, [7, 4]); }
   if (under && on.camera) byHeight(plan.camera, 2.4, 1);
+  // Over the paths, which would hide them.
+  order.forEach((p, k) => badge(p, k + 1, '#64748b'));
   if (on.tags) drawTags();
   if (pose) {
     if (on.frustum) frustum(pose.view, Math.min(begin.robot.range, 2), '#f59e0b', 0.16);
@@ -605,13 +602,21 @@ function words() {
   add(`<h2>Keys</h2><p><kbd>space</kbd> play; <kbd>&larr;</kbd> <kbd>&rarr;</kbd> one second, with <kbd>shift</kbd> ten; <kbd>n</kbd> <kbd>p</kbd> next and previous ${flap ? 'look' : 'decision'}; <kbd>Home</kbd> <kbd>End</kbd>; <kbd>1</kbd> to <kbd>9</kbd> layers; <kbd>+</kbd> <kbd>&minus;</kbd> <kbd>f</kbd> zoom and fit.</p>`);
   for (const row of document.querySelectorAll('tr[data-time]')) row.addEventListener('click', () => { play(false); seek(Number(row.dataset.time)); });
 }
+/** Lines break between parts only. */
+function say(parts) {
+  $('readout').replaceChildren(...parts.flatMap((part, k) => {
+    const span = document.createElement('span');
+    span.textContent = part;
+    return k ? [' · ', span] : [span];
+  }));
+}
 function readout() {
   if (flap) {
     const taken = looks.filter((l) => l.t <= now + 1e-6), l = taken[taken.length - 1];
-    $('readout').textContent = `look ${taken.length} of ${looks.length} · success ${percent(l ? l.probability : 0)}${l ? ` · plan of ${l.planned} views` : ''}`;
+    say([`look ${taken.length} of ${looks.length}`, `success ${percent(l ? l.probability : 0)}`, ...(l ? [`plan of ${l.planned} views`] : [])]);
   } else {
     const p = latest(progress, now);
-    $('readout').textContent = p ? `${p.activity} · explored ${percent(p.explored)} · inspected ${percent(p.inspected)} · tags ${found.filter((f) => f.t <= now + 1e-6).length} of ${tags.length}` : '';
+    say(p ? [p.activity, `explored ${percent(p.explored)}`, `inspected ${percent(p.inspected)}`, `tags ${found.filter((f) => f.t <= now + 1e-6).length} of ${tags.length}`] : []);
   }
   $('clock').textContent = `${fixed(now)} of ${fixed(end)} s`;
   slider.setAttribute('aria-valuetext', `${fixed(now)} seconds`);
