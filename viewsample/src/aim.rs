@@ -10,11 +10,13 @@ use crate::rng::Rng;
 use crate::robot::{CostModel, Robot};
 use crate::sampler::{Sampler, check_pose};
 use crate::world::World;
-use crate::{Effort, Error, Kind, Pose, Viewpoint};
+use crate::{Effort, Error, InverseReach, Kind, Pose, Viewpoint};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Share of the image in which a face is shown that is not in its middle.
 const IMAGE: f64 = 0.8;
+/// Places drawn in front of a face until one is at a height that the camera reaches.
+const DRAWS: usize = 8;
 
 /// How views are aimed.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +58,7 @@ impl<S: Clone> Sampler<S> {
         robot: &R,
         costs: &C,
         (base, state): (&[f64; 3], &S),
+        reach: &mut InverseReach,
     ) -> Result<(Vec<Viewpoint<S>>, Effort), Error>
     where
         R: Robot<State = S> + ?Sized,
@@ -89,21 +92,21 @@ impl<S: Clone> Sampler<S> {
                 let inspection = library.kind == Kind::Inspection;
                 // Every other try asks what the arm can show from a place that is visited anyway.
                 let stand = (!near.is_empty() && k % 2 == 0).then(|| near[rng.below(near.len())]);
-                let Some((camera, eye)) =
-                    aim.place(self, cell, library.centroid, inspection, stand, &mut rng)
-                else {
+                let around = (library.centroid, inspection);
+                let Some((sight, camera)) = aim.place(self, cell, around, stand, &mut rng) else {
                     continue;
                 };
-                for _ in 0..aim.bases {
-                    let [x, y] = stand.unwrap_or_else(|| {
-                        let radius = aim.radius(eye[2]) * rng.between(0.0, 1.0).sqrt();
-                        let bearing = rng.between(0.0, TAU);
-                        [
-                            eye[0] + radius * bearing.cos(),
-                            eye[1] + radius * bearing.sin(),
-                        ]
-                    });
-                    let pose = [x, y, rng.between(0.0, TAU)];
+                let mut bases = (0..aim.bases).map_while(|_| match stand {
+                    Some([x, y]) => Some([x, y, rng.between(0.0, TAU)]),
+                    None => reach.base(robot, &camera, rng.between(0.0, 1.0)),
+                });
+                let Some(first) = bases.next() else {
+                    continue;
+                };
+                if !sight.is_clear(self) {
+                    continue;
+                }
+                for pose in std::iter::once(first).chain(bases) {
                     effort.base_checks += 1;
                     if !robot.base_is_free(pose) {
                         continue;
@@ -140,6 +143,26 @@ impl<S: Clone> Sampler<S> {
             }
         }
         Ok((views, effort))
+    }
+}
+
+/// A line of sight from a place to a cell, or to one of its faces.
+struct Sight {
+    eye: [f64; 3],
+    word: usize,
+    bit: u32,
+    face: Option<usize>,
+}
+
+impl Sight {
+    fn is_clear<S: Clone>(&self, sampler: &Sampler<S>) -> bool {
+        let (world, allowance) = (sampler.world(), sampler.params().unknown_allowance);
+        let (eye, mask) = (world.eye(self.eye), 1 << self.bit);
+        let seen = match self.face {
+            Some(face) => world.visible_across(&eye, self.word, mask, face, allowance),
+            None => world.visible(&eye, self.word, mask, allowance),
+        };
+        seen != 0
     }
 }
 
@@ -199,16 +222,15 @@ impl Aim {
         )
     }
 
-    /// A camera that has a face of the cell in sight: its pose and its place. None if the place drawn has not.
+    /// A camera turned to a face of the cell from where it may be in sight, steeply enough; none if the place drawn is not.
     fn place<S: Clone>(
         &self,
         sampler: &Sampler<S>,
         cell: [i32; 3],
-        centroid: [f64; 3],
-        inspection: bool,
+        (centroid, inspection): ([f64; 3], bool),
         stand: Option<[f64; 2]>,
         rng: &mut Rng,
-    ) -> Option<(Pose, [f64; 3])> {
+    ) -> Option<(Sight, Pose)> {
         let world: &World = sampler.world();
         let (word, bit) = world.index(cell)?;
         let open = if inspection {
@@ -238,7 +260,9 @@ impl Aim {
                 let radius = self.radius(height) * rng.between(0.0, 1.0).sqrt();
                 [x + radius * c, y + radius * s, height]
             }
-            None => self.around(middle, axis, sign, rng),
+            None => (0..DRAWS)
+                .map(|_| self.around(middle, axis, sign, rng))
+                .find(|eye| (self.heights.0..=self.heights.1).contains(&eye[2]))?,
         };
         let way = [0, 1, 2].map(|a| eye[a] - middle[a]);
         let length = way.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -247,16 +271,6 @@ impl Aim {
             return None;
         }
         if !world.is_free_at(eye) {
-            return None;
-        }
-        let prepared = world.eye(eye);
-        let allowance = sampler.params().unknown_allowance;
-        let seen = if inspection {
-            world.visible_across(&prepared, word, 1 << bit, face, allowance)
-        } else {
-            world.visible(&prepared, word, 1 << bit, allowance)
-        };
-        if seen == 0 {
             return None;
         }
         // Towards the face, or what is left around it; or the face anywhere in the image, since the arm reaches some places only
@@ -287,7 +301,13 @@ impl Aim {
         } else {
             camera
         };
-        Some((camera, eye))
+        let sight = Sight {
+            eye,
+            word,
+            bit,
+            face: inspection.then_some(face),
+        };
+        Some((sight, camera))
     }
 
     /// Largest horizontal distance from the base's axis of a camera at a height, m.

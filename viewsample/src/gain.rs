@@ -60,6 +60,15 @@ impl Sensors {
         }
     }
 
+    /// The same sensors with other limits on what inspects a face.
+    pub(crate) fn limited(&self, target: Option<f64>, max_incidence: Option<f64>) -> Self {
+        Self {
+            incidence: max_incidence.map(f64::cos),
+            target,
+            ..self.clone()
+        }
+    }
+
     /// Eq. 4 on counts: exploration cells of the LiDAR, those that only a camera sees, inspection cells.
     pub(crate) fn info(&self, lidar: u32, extra: u32, inspection: u32) -> f64 {
         // Without a LiDAR every exploration cell is the camera's.

@@ -22,8 +22,6 @@ pub struct Sampler<S> {
     relaxed: Params,
     sensors: Sensors,
     postures: Vec<Posture<S>>,
-    /// Those of the last tries.
-    last_postures: Vec<Posture<S>>,
     world: World,
     tiles: Tiles,
     libraries: BTreeMap<u64, Library>,
@@ -46,7 +44,6 @@ impl<S: Clone> Sampler<S> {
             params: params.clone(),
             relaxed: params.relaxed(),
             sensors: Sensors::new(params),
-            last_postures: postures.clone(),
             postures,
             world: World::default(),
             tiles: Tiles::default(),
@@ -54,20 +51,6 @@ impl<S: Clone> Sampler<S> {
             last_tries: BTreeMap::new(),
             tick: 0,
         })
-    }
-
-    /// The same sampler with postures of its own for the [last tries](Self::retry): many more than a library can afford, for
-    /// what is in sight of no other.
-    ///
-    /// # Errors
-    /// If there is no posture.
-    pub fn with_last_postures(mut self, postures: Vec<Posture<S>>) -> Result<Self, Error> {
-        if postures.is_empty() {
-            return Err(Error::NoPosture(0));
-        }
-        self.last_postures = postures;
-        self.last_tries.clear();
-        Ok(self)
     }
 
     /// The arm states of the libraries.
@@ -188,9 +171,9 @@ impl<S: Clone> Sampler<S> {
         }
         let (world, sensors, postures, tick) =
             (&self.world, &self.sensors, &self.postures, self.tick);
-        for (libraries, params, postures) in [
-            (&mut self.libraries, &self.params, postures),
-            (&mut self.last_tries, &self.relaxed, &self.last_postures),
+        for (libraries, params) in [
+            (&mut self.libraries, &self.params),
+            (&mut self.last_tries, &self.relaxed),
         ] {
             for library in libraries.values_mut() {
                 if grown || widened {
@@ -276,7 +259,7 @@ impl<S: Clone> Sampler<S> {
     }
 
     /// The last try for the clusters named: rings wider by [`Relaxed::widen`](crate::Relaxed::widen),
-    /// more bearings, the threshold of one voxel, and [postures](Self::with_last_postures) of their own. Unknown ids are passed over.
+    /// more bearings, and the threshold of one voxel. Unknown ids are passed over.
     ///
     /// # Errors
     /// If the base pose is not finite.
@@ -303,7 +286,7 @@ impl<S: Clone> Sampler<S> {
             tiles: &self.tiles,
             sensors: &self.sensors,
             params: &self.relaxed,
-            postures: &self.last_postures,
+            postures: &self.postures,
             robot,
             costs,
             from: (&base, state),
@@ -322,7 +305,7 @@ impl<S: Clone> Sampler<S> {
                     &self.world,
                     &self.sensors,
                     &self.relaxed,
-                    &self.last_postures,
+                    &self.postures,
                 )
             });
             match relaxed.best(&context, &mut set.effort) {
@@ -375,6 +358,30 @@ impl<S: Clone> Sampler<S> {
             return Ok(Vec::new());
         };
         Ok(library.near_best(&context, share, most, &mut Effort::default()))
+    }
+
+    /// What `ask` returns while [`Params::target`] (m) and [`Params::max_incidence`] (rad) are others: what might be seen of
+    /// smaller targets, or of surfaces that lie a little behind the face of their voxel.
+    ///
+    /// # Errors
+    /// [`Error::Param`] if a limit is out of the range that [`Params`] gives.
+    pub fn with_limits<T>(
+        &mut self,
+        target: Option<f64>,
+        max_incidence: Option<f64>,
+        ask: impl FnOnce(&Self) -> T,
+    ) -> Result<T, Error> {
+        Params {
+            target,
+            max_incidence,
+            ..self.params.clone()
+        }
+        .validate()?;
+        let usual = self.sensors.limited(target, max_incidence);
+        let usual = std::mem::replace(&mut self.sensors, usual);
+        let answer = ask(self);
+        self.sensors = usual;
+        Ok(answer)
     }
 
     /// What a view would see now, exactly: the base at x, y, yaw for the LiDAR, the camera at

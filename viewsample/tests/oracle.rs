@@ -215,6 +215,13 @@ fn seen_faces_equal_their_definition() {
             ..Changes::default()
         };
         sampler.update(&map, &changes).unwrap();
+        let others = Params {
+            max_incidence: Some(0.8),
+            target: Some(0.1),
+            ..params.clone()
+        };
+        let mut other = Sampler::new(&others, solved(&map.0, &others)).unwrap();
+        other.update(&map, &changes).unwrap();
         for _ in 0..10 {
             let eye = [
                 dice.between(0.5, 7.0),
@@ -282,6 +289,16 @@ fn seen_faces_equal_their_definition() {
                 .inspection;
             seen.sort_unstable();
             assert_eq!(seen, expected);
+            // Asked with these limits, a sampler that has others answers the same, and as before when asked again.
+            let base = [eye[0], eye[1], 0.0];
+            let before = other.seen_from(base, &camera).unwrap();
+            let ask = |s: &Sampler<_>| s.seen_from(base, &camera).unwrap().inspection;
+            let mut asked = other.with_limits(target, Some(limit), ask).unwrap();
+            asked.sort_unstable();
+            assert_eq!(asked, expected);
+            assert_eq!(other.seen_from(base, &camera).unwrap(), before);
+            let refused = other.with_limits(Some(f64::NAN), Some(limit), |_| ());
+            assert!(matches!(refused, Err(viewsample::Error::Param { .. })));
         }
     }
 }

@@ -196,7 +196,8 @@ pub struct ViewSettings {
     pub cavity_weight: f64,
     /// Least information gain of a candidate (at 0.15 m voxels); a whole target spans four voxels at most.
     pub threshold: f64,
-    /// Least information gain of the last tries, with wider rings, once nothing above the threshold is left.
+    /// Least information gain of the last tries, once nothing above the threshold is left: with wider rings as published, or with
+    /// aimed views that show smaller targets and flatter faces than what inspects them.
     pub relaxed_threshold: f64,
     /// Elevation (degrees, up is positive), height (m) and least distance ahead of the base's middle (m) of the camera in each view
     /// of the library; the first is the posture to start with. The paper's seven attitudes, where an image covers most
@@ -205,12 +206,6 @@ pub struct ViewSettings {
     pub attitudes: Vec<(f64, f64, f64)>,
     /// Views aimed at single faces of each cluster of the robot's region, besides those of its library; 0 is the published rule.
     pub aimed: usize,
-    /// More attitudes for the last tries without aimed views (`aimed` 0), in the same terms: for what is in sight of none of the others.
-    pub last_attitudes: Vec<(f64, f64, f64)>,
-    /// Attitudes of a smaller elevation than this, up or down, hold the camera upright: rolled a quarter turn (degrees; 0 for none).
-    /// Base and shoulder sweep the image sideways, so that its longer side covers more of a wall when it is upright: at 1.5 m, 2 m
-    /// of its height instead of 1.2 m.
-    pub upright: f64,
     /// Radii of the innermost and outermost ring of base positions around a cluster, m.
     pub ring_min: f64,
     /// See [`ring_min`](Self::ring_min).
@@ -235,7 +230,7 @@ impl Default for ViewSettings {
             inspection_weight: 0.8,
             cavity_weight: 1.6,
             threshold: 4.0,
-            relaxed_threshold: 0.8,
+            relaxed_threshold: 2.4,
             attitudes: vec![
                 (0.0, 1.2, 0.1),
                 (-15.0, 1.5, 0.4),
@@ -246,16 +241,6 @@ impl Default for ViewSettings {
                 (-32.0, 1.42, 0.5),
             ],
             aimed: 12,
-            last_attitudes: vec![
-                (-30.0, 1.6, 0.2),
-                (-45.0, 1.5, 0.4),
-                (-60.0, 1.2, 0.6),
-                (-30.0, 1.0, 0.7),
-                (0.0, 0.9, 0.8),
-                (-15.0, 0.5, 0.9),
-                (30.0, 0.25, 0.9),
-            ],
-            upright: 20.0,
             ring_min: 0.6,
             ring_max: 3.0,
             lidar_range: 8.0,
@@ -552,7 +537,6 @@ impl Settings {
         )?;
         band("frontier.exploration_band", self.frontier.exploration_band)?;
         not_negative("views.motion_decay", self.views.motion_decay)?;
-        not_negative("views.upright", self.views.upright)?;
         not_negative("views.exploration_weight", self.views.exploration_weight)?;
         not_negative("views.inspection_weight", self.views.inspection_weight)?;
         not_negative("views.threshold", self.views.threshold)?;

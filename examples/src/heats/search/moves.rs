@@ -95,13 +95,19 @@ impl Search<'_> {
         };
         match self.plan_best(now, &choice, &from) {
             Ok((choice, (path, camera, operations))) => {
+                self.targets.set_out(&choice);
                 let counted = self.targets.counted
                     + 3e-6 * operations.0 as f64
                     + 30e-6 * operations.1 as f64
                     + 0.01;
                 let ready = self.account.charge(now, counted, lap.seconds());
                 self.tap.plan((now, ready), &self.robot, &path, &camera);
-                let expected = self.targets.gain_at(path.end().0, &camera).max(1e-9);
+                // A last try is worth its way whatever is inspected meanwhile: nothing else is left.
+                let expected = if choice.relaxed {
+                    0.0
+                } else {
+                    self.targets.gain_at(path.end().0, &camera).max(1e-9)
+                };
                 self.pending = Some(Pending {
                     at: ready,
                     ahead,
@@ -121,6 +127,7 @@ impl Search<'_> {
                     .charge(now, self.targets.counted, lap.seconds());
             }
             Err(Failure(reason)) => {
+                self.targets.set_out(&choice);
                 self.account
                     .charge(now, self.targets.counted, lap.seconds());
                 self.fail(&choice, now, &reason);
@@ -145,18 +152,19 @@ impl Search<'_> {
             return Ok((next.clone(), first?));
         }
         let mut effort = (0, 0);
-        let rate = |search: &Self, (path, _, spent): &Planned, effort: &mut (usize, usize)| {
+        let mut rate = |search: &Self, choice: &Choice, (path, _, spent): &Planned| {
             let looks = glance::looks(&search.whole(), path);
-            *effort = (effort.0 + spent.0, effort.1 + spent.1 + looks.len());
-            search.targets.gain_along(&looks) / (path.seconds() + SETTING_OUT)
+            effort = (effort.0 + spent.0, effort.1 + spent.1 + looks.len());
+            // What a last try may show does not count as inspected, and little else is left on its way.
+            let own = if choice.relaxed { choice.info } else { 0.0 };
+            search.targets.gain_along(&looks).max(own) / (path.seconds() + SETTING_OUT)
         };
-        let mut best =
-            first.map(|planned| (rate(self, &planned, &mut effort), next.clone(), planned));
+        let mut best = first.map(|planned| (rate(self, next, &planned), next.clone(), planned));
         for choice in others {
             let Ok(planned) = self.plan_motion(now, &choice, from) else {
                 continue;
             };
-            let rate = rate(self, &planned, &mut effort);
+            let rate = rate(self, &choice, &planned);
             if best.as_ref().map_or(true, |b| rate > b.0) {
                 best = Ok((rate, choice, planned));
             }

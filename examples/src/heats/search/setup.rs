@@ -1,14 +1,11 @@
 //! A run before its first tick: robot, map, planners, simulator.
 
 use super::*;
-use std::f64::consts::FRAC_PI_2;
 
-/// One arm posture for each attitude: the first on its own, each other one quick to reach from it. At elevations below
-/// `upright` degrees the camera is rolled a quarter turn, so that the longer side of its image stands upright.
+/// One arm posture for each attitude: the first on its own, each other one quick to reach from it.
 fn camera_postures(
     robot: &MobileManipulator,
     attitudes: &[(f64, f64, f64)],
-    upright: f64,
 ) -> Result<Vec<robots::Posture>, robots::Error> {
     let view = |&(degrees, height, _): &(f64, f64, f64)| robots::View {
         height,
@@ -46,29 +43,7 @@ fn camera_postures(
             *posture = best;
         }
     }
-    for (posture, attitude) in postures.iter_mut().zip(attitudes) {
-        if attitude.0.abs() < upright {
-            roll(robot, posture);
-        }
-    }
     Ok(postures)
-}
-
-/// Rolls the camera a quarter turn, to the side on which the arm stays free of itself and farther from its limits.
-fn roll(robot: &MobileManipulator, posture: &mut robots::Posture) {
-    let mut sides = [FRAC_PI_2, -FRAC_PI_2].map(|turn| {
-        let mut joints = posture.joints;
-        joints[5] += turn;
-        joints
-    });
-    sides.sort_by(|a, b| a[5].abs().total_cmp(&b[5].abs()));
-    if let Some(joints) = sides.iter().find(|q| robot.self_is_free(q, 0.005)) {
-        posture.joints = *joints;
-        posture.camera = robot.camera_frame(&BodyState {
-            base: [0.0; 3],
-            joints: *joints,
-        });
-    }
 }
 
 impl<'a> Search<'a> {
@@ -97,16 +72,7 @@ impl<'a> Search<'a> {
         let world = World::new(scene);
         let truth = GroundTruth::new(scene, &world, mapper.map.cell_size())?;
         let v = &settings.views;
-        let postures = camera_postures(&robot, &v.attitudes, v.upright).map_err(|e| planner(&e))?;
-        // Behind the home posture, which they are to be quick to reach from.
-        let more: Vec<_> = v
-            .attitudes
-            .iter()
-            .take(1)
-            .chain(&v.last_attitudes)
-            .copied()
-            .collect();
-        let more = camera_postures(&robot, &more, v.upright).map_err(|e| planner(&e))?;
+        let postures = camera_postures(&robot, &v.attitudes).map_err(|e| planner(&e))?;
         let height = scene.bounds.max[2] - scene.bounds.min[2];
         let share = settings.motion.reference_speed;
         let base = Limits {
@@ -126,7 +92,7 @@ impl<'a> Search<'a> {
             settings,
             &robot,
             &pace,
-            (&postures, more.get(1..).unwrap_or_default()),
+            &postures,
             mapper.map.cell_size(),
             mapper.inspect_range,
             height,

@@ -1,14 +1,17 @@
 //! Few views instead of many: those of the robot's region, of its place and aimed ones, thinned to what soonest covers all they see.
 
-use super::{Costs, Targets, rate_of};
+use super::{Costs, LAST_INCIDENCE, LAST_TARGET, Targets, rate_of, seen};
 use crate::heats::body::{Joints, Whole};
 use crate::heats::glance::Look;
+use std::collections::{BTreeMap, BTreeSet};
 use viewsample::{Aim, CostModel, Viewpoint};
 
 /// Time that a view takes beyond the way to it, s.
 const STAY: f64 = 0.3;
 /// Views of a cover at most: farther ahead all will have changed.
 const MOST: usize = 30;
+/// Largest incidence of the last tries, rad.
+const MOST_INCIDENCE: f64 = 1.3;
 /// Least distance of the points at which a straight line is held against the map, m.
 const LINE_STEP: f64 = 0.2;
 /// How much longer than the blocked straight line a way is taken to be: a factor and metres.
@@ -87,31 +90,20 @@ impl Targets {
             let aim = self.aim(0);
             let (aimed, spent) = self
                 .sampler
-                .aimed(&aim, &ids, &places, whole, costs, (&robot.0, &robot.1))
+                .aimed(
+                    &aim,
+                    &ids,
+                    &places,
+                    whole,
+                    costs,
+                    (&robot.0, &robot.1),
+                    &mut self.reach,
+                )
                 .map_err(|e| e.to_string())?;
             *effort += spent;
             near.extend(aimed);
         }
-        let (pace, ground) = (self.pace, &whole.mapper.ground);
-        let clear = 0.5 * whole.robot.base.width;
-        // Regions are nearly convex: the straight line is nearly the way, where it is free.
-        let meters = |a: &[f64; 3], b: &[f64; 3]| {
-            let length = (a[0] - b[0]).hypot(a[1] - b[1]);
-            // As far at once as the room around a point says.
-            let mut at = 0.0;
-            let mut free = true;
-            while free && at < length {
-                let t = at / length;
-                let room = ground.clearance([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
-                free = at == 0.0 || room >= clear;
-                at += (room - clear).max(LINE_STEP);
-            }
-            if free {
-                length
-            } else {
-                DETOUR.0 * length + DETOUR.1
-            }
-        };
+        let pace = self.pace;
         let (chosen, spent) = self
             .sampler
             .cover_by_rate(before, &near, MOST, self.threshold(), STAY, |from, to| {
@@ -119,7 +111,7 @@ impl Targets {
                     return near[to].seconds;
                 };
                 let (a, b) = (&near[from], &near[to]);
-                let way = meters(&a.base, &b.base);
+                let way = meters(whole, &a.base, &b.base);
                 pace.seconds(way, (&a.base, &a.state), (&b.base, &b.state))
             })
             .map_err(|e| e.to_string())?;
@@ -141,25 +133,144 @@ impl Targets {
         Ok(kept)
     }
 
-    /// Views aimed at the clusters named that show something not tried yet.
-    pub(super) fn aimed_last(
-        &self,
+    pub(super) fn last_incidence(&self) -> Option<f64> {
+        let usual = self.sampler.params().max_incidence;
+        usual.map(|most| (most + LAST_INCIDENCE).min(MOST_INCIDENCE))
+    }
+
+    /// The last tries for the clusters named, each once and with relaxed limits: views of the nearest region in which there are any.
+    pub(super) fn last_tries(
+        &mut self,
         ids: &[u64],
         whole: &Whole<'_>,
         costs: &Costs<'_>,
         robot: &([f64; 3], Joints),
-        here: [f64; 2],
+        (here, before): ([f64; 2], &[Look]),
     ) -> Result<(Vec<Viewpoint<Joints>>, viewsample::Effort), String> {
+        let mut effort = viewsample::Effort::default();
+        let Some(regions) = &whole.mapper.regions else {
+            return Ok((Vec::new(), effort));
+        };
+        let map = &whole.mapper.map;
+        let mut left: BTreeMap<Option<u32>, Vec<u64>> = BTreeMap::new();
+        for &id in ids {
+            if let Some(c) = self.frontiers.get(id)
+                && c.cells.iter().any(|c| !self.tried.contains(c))
+            {
+                let p = [0, 1].map(|a| map.low()[a] + c.centroid[a] * map.cell_size());
+                left.entry(regions.nearest_label(p)).or_default().push(id);
+            }
+        }
+        let own = regions.nearest_label(here);
+        let off = |label: &Option<u32>| {
+            let center = label.and_then(|l| regions.center(l)).unwrap_or(here);
+            let apart = (center[0] - here[0]).hypot(center[1] - here[1]);
+            if *label == own { -1.0 } else { apart }
+        };
+        let mut order: Vec<_> = left.into_iter().collect();
+        order.sort_by(|a, b| off(&a.0).total_cmp(&off(&b.0)));
         let aim = self.aim(1);
-        let (mut views, effort) = self
+        let (pace, incidence) = (self.pace, self.last_incidence());
+        for (_, ids) in order {
+            let (reach, tried) = (&mut self.reach, &self.tried);
+            let found = self
+                .sampler
+                .with_limits(Some(LAST_TARGET), incidence, |sampler| {
+                    let at = (&robot.0, &robot.1);
+                    let (mut views, mut effort) =
+                        sampler.aimed(&aim, &ids, &[here], whole, costs, at, reach)?;
+                    // What was tried before does not count.
+                    views.retain(|v| {
+                        let cells = seen(sampler, v.base, &v.camera);
+                        let new = cells.iter().filter(|c| !tried.contains(*c)).count();
+                        v.gain.info * new as f64 >= aim.threshold * cells.len() as f64
+                    });
+                    let with: BTreeSet<_> = views.iter().filter_map(|v| v.cluster).collect();
+                    let (chosen, spent) = sampler.cover_by_rate(
+                        before,
+                        &views,
+                        MOST,
+                        aim.threshold,
+                        STAY,
+                        |from, to| {
+                            let Some(from) = from else {
+                                return views[to].seconds;
+                            };
+                            let (a, b) = (&views[from], &views[to]);
+                            let way = meters(whole, &a.base, &b.base);
+                            pace.seconds(way, (&a.base, &a.state), (&b.base, &b.state))
+                        },
+                    )?;
+                    effort += spent;
+                    let views: Vec<_> = chosen.iter().map(|c| views[c.0].clone()).collect();
+                    Ok::<_, viewsample::Error>((views, with, effort))
+                });
+            let (views, with, spent) = found.and_then(|f| f).map_err(|e| e.to_string())?;
+            effort += spent;
+            if before.is_empty() {
+                for id in ids.iter().filter(|id| !with.contains(id)) {
+                    if let Some(c) = self.frontiers.get(*id) {
+                        self.tried.extend(c.cells.iter().copied());
+                    }
+                }
+            }
+            if !views.is_empty() {
+                self.kept.clone_from(&views);
+                return Ok((views, effort));
+            }
+        }
+        Ok((Vec::new(), effort))
+    }
+
+    /// As [`last_tries`](Self::last_tries), from the libraries alone.
+    pub(super) fn retry(
+        &mut self,
+        ids: &[u64],
+        whole: &Whole<'_>,
+        costs: &Costs<'_>,
+        robot: &([f64; 3], Joints),
+    ) -> Result<(Vec<Viewpoint<Joints>>, viewsample::Effort), String> {
+        let ids: Vec<u64> = ids
+            .iter()
+            .copied()
+            .filter(|&id| {
+                self.frontiers
+                    .get(id)
+                    .is_some_and(|c| c.cells.iter().any(|c| !self.tried.contains(c)))
+            })
+            .collect();
+        let found = self
             .sampler
-            .aimed(&aim, ids, &[here], whole, costs, (&robot.0, &robot.1))
+            .retry(&ids, whole, costs, robot.0, &robot.1)
             .map_err(|e| e.to_string())?;
-        views.retain(|v| {
-            self.seen_from(v.base, &v.camera)
-                .iter()
-                .any(|c| !self.tried.contains(c))
-        });
-        Ok((views, effort))
+        for id in ids {
+            if !found.views.iter().any(|v| v.cluster == Some(id))
+                && let Some(c) = self.frontiers.get(id)
+            {
+                self.tried.extend(c.cells.iter().copied());
+            }
+        }
+        Ok((found.views, found.effort))
+    }
+}
+
+/// Length of the way between two places of a region, m. Regions are nearly convex: the straight line is nearly the way, where it is free.
+fn meters(whole: &Whole<'_>, a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    let ground = &whole.mapper.ground;
+    let clear = 0.5 * whole.robot.base.width;
+    let length = (a[0] - b[0]).hypot(a[1] - b[1]);
+    // As far at once as the room around a point says.
+    let mut at = 0.0;
+    let mut free = true;
+    while free && at < length {
+        let t = at / length;
+        let room = ground.clearance([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
+        free = at == 0.0 || room >= clear;
+        at += (room - clear).max(LINE_STEP);
+    }
+    if free {
+        length
+    } else {
+        DETOUR.0 * length + DETOUR.1
     }
 }

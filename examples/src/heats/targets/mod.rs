@@ -13,15 +13,25 @@ use frontier::{Cell, Frontiers, Kind};
 use robots::MobileManipulator;
 use std::collections::BTreeSet;
 use viewsample::{
-    Aim, Changes, Cluster, CostModel, Frustum, Params, Pose, Posture, Sampler, Viewpoint,
+    Aim, Changes, Cluster, CostModel, Frustum, InverseReach, Params, Pose, Posture, Sampler,
+    Viewpoint,
 };
 use voxmap::CellBox;
 
 /// Voxel edge for which thresholds are given, m: smaller voxels ask for as many more.
 const REFERENCE_CELL: f64 = 0.15;
 
+/// Half the side of a target of which the last tries want to see all around a face, m: a tag of 16 cm that lies straight.
+const LAST_TARGET: f64 = 0.08;
+
+/// How much flatter the last tries look at a face than what inspects it, rad: the surface may lie half a voxel behind it.
+const LAST_INCIDENCE: f64 = 0.1;
+
 /// Nearest that a camera is aimed at a face, m.
 const NEAREST: f64 = 0.3;
+
+/// What a UR5e on its pedestal reaches with the camera, generously: height and radius of a sphere around the base's axis, m.
+const REACH: (f64, f64) = (0.66, 1.05);
 
 /// Radius of the disc for which ways are measured: the base's half width with its clearance, m.
 fn disc(whole: &Whole<'_>) -> f64 {
@@ -139,6 +149,11 @@ impl CostModel<Joints> for Costs<'_> {
     }
 }
 
+fn seen(sampler: &Sampler<Joints>, base: [f64; 3], camera: &Pose) -> Vec<Cell> {
+    let seen = sampler.seen_from(base, camera);
+    seen.map_or_else(|_| Vec::new(), |s| [s.exploration, s.inspection].concat())
+}
+
 /// Information that a view brings for each second of its way, of which no more than `span` s count.
 fn rate_of(view: &Viewpoint<Joints>, span: f64) -> f64 {
     view.gain.info / (view.seconds.min(span) + 0.5)
@@ -164,6 +179,8 @@ pub struct Targets {
     aimed: usize,
     /// How views are aimed: at first, and in the last tries.
     aims: [Aim; 2],
+    /// Where the base stands for a camera pose.
+    reach: InverseReach,
     /// Views of the last cover, offered again.
     kept: Vec<Viewpoint<Joints>>,
     /// The views of the last cover that were chosen first, besides the one that is next in the tour.
@@ -179,7 +196,7 @@ pub struct Targets {
 }
 
 impl Targets {
-    /// A planner that knows nothing yet. `postures` are the robot's camera postures, and more of them for the last tries.
+    /// A planner that knows nothing yet. `postures` are the robot's camera postures.
     ///
     /// # Errors
     /// The crates' own messages for bad settings.
@@ -187,7 +204,7 @@ impl Targets {
         settings: &Settings,
         robot: &MobileManipulator,
         pace: &Pace,
-        (postures, more): (&[robots::Posture], &[robots::Posture]),
+        postures: &[robots::Posture],
         cell_size: f64,
         inspect_range: f64,
         height: f64,
@@ -250,9 +267,8 @@ impl Targets {
             },
             ..defaults
         };
-        let all: Vec<Posture<Joints>> = postures
+        let postures = postures
             .iter()
-            .chain(more)
             .enumerate()
             .map(|(view, p)| Posture {
                 view,
@@ -263,10 +279,7 @@ impl Targets {
                 state: p.joints,
             })
             .collect();
-        let usual = all.iter().take(postures.len()).cloned().collect();
-        let sampler = Sampler::new(&params, usual)
-            .and_then(|sampler| sampler.with_last_postures(all))
-            .map_err(|e| e.to_string())?;
+        let sampler = Sampler::new(&params, postures).map_err(|e| e.to_string())?;
         Ok(Self {
             frontiers,
             sampler,
@@ -287,25 +300,23 @@ impl Targets {
             rate_span: settings.decision.rate_span,
             aimed: v.aimed,
             aims: [
-                (v.aimed, v.threshold, 80, 3),
-                (3, v.relaxed_threshold, 300, 6),
+                (v.aimed, v.threshold, 80, 3, 3.0_f64.to_radians()),
+                (6, v.relaxed_threshold, 6000, 6, 0.02 - LAST_INCIDENCE),
             ]
-            .map(|(views, threshold, tries, bases)| Aim {
+            .map(|(views, threshold, tries, bases, slack)| Aim {
                 // From where the arm can just hold a camera to where a target still fills enough of the image.
                 distance: (NEAREST, (inspect_range - 0.3).clamp(NEAREST, 2.5)),
                 // A little steeper than what counts, for the controller's sake.
-                tilt: (settings.map.inspect_incidence - 4.0)
-                    .clamp(1.0, 75.0)
-                    .to_radians(),
-                // What a UR5e on its pedestal reaches with the camera, generously: the arm itself decides.
+                tilt: (settings.map.inspect_incidence.to_radians() - slack).clamp(0.02, 1.3),
                 heights: (0.15, 1.7),
-                reach: (0.66, 1.05),
+                reach: REACH,
                 views,
                 tries,
                 bases,
                 threshold: threshold * per_area,
                 seed: settings.seed,
             }),
+            reach: InverseReach::new(REACH.1),
             kept: Vec::new(),
             alternatives: Vec::new(),
             decisions: 0,
@@ -401,9 +412,7 @@ impl Targets {
 
     /// Frontier cells in sight of a view.
     pub fn seen_from(&self, base: [f64; 3], camera: &Pose) -> Vec<Cell> {
-        self.sampler
-            .seen_from(base, camera)
-            .map_or_else(|_| Vec::new(), |s| [s.exploration, s.inspection].concat())
+        seen(&self.sampler, base, camera)
     }
 
     /// Takes given-up cells out of the libraries.
@@ -505,47 +514,32 @@ impl Targets {
             }
         }
         if views.is_empty() {
-            // What is left here is not known before the looks are taken.
-            if !before.is_empty() || failures.lift(now) {
+            if before.is_empty() && failures.lift(now) {
                 return Ok(Outcome::Wait);
             }
-            // The last try: each cluster once, with relaxed limits.
-            let ids: Vec<u64> = found
-                .without
-                .iter()
-                .map(|w| w.0)
-                .filter(|&id| {
-                    self.frontiers
-                        .get(id)
-                        .is_some_and(|c| c.cells.iter().any(|c| !self.tried.contains(c)))
-                })
-                .collect();
             let costs = Costs {
                 pace: &pace,
                 ways: &ways,
                 failures,
                 now,
             };
-            let (retry, _) = watch.time(Stage::Viewpoints, || {
+            let ids: Vec<u64> = found.without.iter().map(|w| w.0).collect();
+            let (last, _) = watch.time(Stage::Viewpoints, || {
                 if self.aimed > 0 {
-                    self.aimed_last(&ids, whole, &costs, &robot, rest)
+                    self.last_tries(&ids, whole, &costs, &robot, (rest, before))
+                } else if before.is_empty() {
+                    self.retry(&ids, whole, &costs, &robot)
                 } else {
-                    let found = self.sampler.retry(&ids, whole, &costs, robot.0, &robot.1);
-                    found
-                        .map(|found| (found.views, found.effort))
-                        .map_err(|e| e.to_string())
+                    Ok(Default::default())
                 }
             });
-            let (retry, spent) = retry?;
+            let (last, spent) = last?;
             effort += spent;
-            views = retry;
+            views = last;
             relaxed = true;
-            for id in ids {
-                if !views.iter().any(|v| v.cluster == Some(id))
-                    && let Some(c) = self.frontiers.get(id)
-                {
-                    self.tried.extend(c.cells.iter().copied());
-                }
+            // What is left here is not known before the looks are taken.
+            if views.is_empty() && !before.is_empty() {
+                return Ok(Outcome::Wait);
             }
         }
         self.counted = 0.005
@@ -578,17 +572,14 @@ impl Targets {
             return Ok(Outcome::Done);
         };
         let next = self.choice_of(view, relaxed);
-        if relaxed {
-            self.tried.extend(next.cells.iter().copied());
-        } else {
-            self.alternatives = self
-                .kept
-                .iter()
-                .filter(|v| (v.base, &v.camera) != (view.base, &view.camera))
-                .take(self.others)
-                .map(|v| self.choice_of(v, false))
-                .collect();
-        }
+        let others: Vec<_> = self
+            .kept
+            .iter()
+            .filter(|v| (v.base, &v.camera) != (view.base, &view.camera))
+            .take(self.others)
+            .cloned()
+            .collect();
+        self.alternatives = others.iter().map(|v| self.choice_of(v, relaxed)).collect();
         self.considered = Considered {
             views,
             chosen: Some(choice.candidate),
@@ -597,9 +588,23 @@ impl Targets {
         Ok(Outcome::Go(Box::new(next)))
     }
 
-    fn choice_of(&self, view: &Viewpoint<Joints>, relaxed: bool) -> Choice {
+    /// Notes that a view is gone to, or cannot be: a last try is made once.
+    pub fn set_out(&mut self, choice: &Choice) {
+        if choice.relaxed {
+            self.tried.extend(choice.cells.iter().copied());
+        }
+    }
+
+    fn choice_of(&mut self, view: &Viewpoint<Joints>, relaxed: bool) -> Choice {
         let cells = match view.cluster.and_then(|id| self.frontiers.get(id)) {
             Some(cluster) if self.aimed == 0 => cluster.cells.clone(),
+            _ if relaxed => {
+                let incidence = self.last_incidence();
+                let (base, camera) = (view.base, &view.camera);
+                self.sampler
+                    .with_limits(Some(LAST_TARGET), incidence, |s| seen(s, base, camera))
+                    .unwrap_or_default()
+            }
             _ => self.seen_from(view.base, &view.camera),
         };
         Choice {
