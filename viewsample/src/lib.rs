@@ -51,6 +51,21 @@
 //! kept until the map or a frontier changes inside the box around the view. LiDAR counts may lag a few updates behind
 //! ([`Params::lidar_patience`]) and are shared by neighbouring positions ([`Params::lidar_grid`]); with 0 for both,
 //! everything equals the definition, which the tests check.
+//!
+//! # Cost
+//!
+//! An update costs what lies near the change: what was cast is kept until something changes in the box around the view. A decision casts
+//! only candidates that could be best, with rays to the frontier cells in reach.
+//!
+//! # Limits
+//!
+//! Views lie on rings of fixed radii with a fixed set of postures, and aimed ones where a face asks for it: where neither fits,
+//! [`Sampler::candidates`] says why and [`Sampler::retry`] tries wider ones.
+//!
+//! # Citation
+//!
+//! Please cite seekplan (`CITATION.cff` of the repository) and HEATS (Zhang et al.), or FLAP for CAOS (Gedicke, Günther and Hertzberg,
+//! IFAC IAV 2016) for [`flap`].
 
 mod aim;
 pub mod conformance;
