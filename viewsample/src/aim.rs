@@ -15,8 +15,6 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Share of the image in which a face is shown that is not in its middle.
 const IMAGE: f64 = 0.8;
-/// Places drawn in front of a face until one is at a height that the camera reaches.
-const DRAWS: usize = 8;
 
 /// How views are aimed.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,6 +44,9 @@ impl<S: Clone> Sampler<S> {
     /// places are drawn around the camera, and from `places`, so that several views share one. The same seed, clusters
     /// and map give the same views. [`Viewpoint::posture`] counts beyond the postures of the library. Unknown ids are passed over.
     ///
+    /// With a `reach`, base poses are drawn from those that reach the camera, else from all around it: dearer, but it finds the few
+    /// poses of a camera at the edge of what the arm can do.
+    ///
     /// For maps that inspect whole voxels every face counts as open.
     ///
     /// # Errors
@@ -58,7 +59,7 @@ impl<S: Clone> Sampler<S> {
         robot: &R,
         costs: &C,
         (base, state): (&[f64; 3], &S),
-        reach: &mut InverseReach,
+        mut reach: Option<&mut InverseReach>,
     ) -> Result<(Vec<Viewpoint<S>>, Effort), Error>
     where
         R: Robot<State = S> + ?Sized,
@@ -96,9 +97,16 @@ impl<S: Clone> Sampler<S> {
                 let Some((sight, camera)) = aim.place(self, cell, around, stand, &mut rng) else {
                     continue;
                 };
-                let mut bases = (0..aim.bases).map_while(|_| match stand {
-                    Some([x, y]) => Some([x, y, rng.between(0.0, TAU)]),
-                    None => reach.base(robot, &camera, rng.between(0.0, 1.0)),
+                let eye = camera.translation;
+                let mut bases = (0..aim.bases).map_while(|_| match (stand, reach.as_deref_mut()) {
+                    (Some([x, y]), _) => Some([x, y, rng.between(0.0, TAU)]),
+                    (None, Some(reach)) => reach.base(robot, &camera, rng.between(0.0, 1.0)),
+                    (None, None) => {
+                        let radius = aim.radius(eye[2]) * rng.between(0.0, 1.0).sqrt();
+                        let (s, c) = rng.between(0.0, TAU).sin_cos();
+                        let place = [eye[0] + radius * c, eye[1] + radius * s];
+                        Some([place[0], place[1], rng.between(0.0, TAU)])
+                    }
                 });
                 let Some(first) = bases.next() else {
                     continue;
@@ -260,9 +268,7 @@ impl Aim {
                 let radius = self.radius(height) * rng.between(0.0, 1.0).sqrt();
                 [x + radius * c, y + radius * s, height]
             }
-            None => (0..DRAWS)
-                .map(|_| self.around(middle, axis, sign, rng))
-                .find(|eye| (self.heights.0..=self.heights.1).contains(&eye[2]))?,
+            None => self.around(middle, axis, sign, rng),
         };
         let way = [0, 1, 2].map(|a| eye[a] - middle[a]);
         let length = way.iter().map(|v| v * v).sum::<f64>().sqrt();

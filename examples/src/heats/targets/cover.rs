@@ -97,7 +97,7 @@ impl Targets {
                     whole,
                     costs,
                     (&robot.0, &robot.1),
-                    &mut self.reach,
+                    None,
                 )
                 .map_err(|e| e.to_string())?;
             *effort += spent;
@@ -178,7 +178,7 @@ impl Targets {
                 .with_limits(Some(LAST_TARGET), incidence, |sampler| {
                     let at = (&robot.0, &robot.1);
                     let (mut views, mut effort) =
-                        sampler.aimed(&aim, &ids, &[here], whole, costs, at, reach)?;
+                        sampler.aimed(&aim, &ids, &[here], whole, costs, at, Some(reach))?;
                     // What was tried before does not count.
                     views.retain(|v| {
                         let cells = seen(sampler, v.base, &v.camera);

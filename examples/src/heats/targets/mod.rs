@@ -300,7 +300,7 @@ impl Targets {
             rate_span: settings.decision.rate_span,
             aimed: v.aimed,
             aims: [
-                (v.aimed, v.threshold, 80, 3, 3.0_f64.to_radians()),
+                (v.aimed, v.threshold, 80, 3, 4.0_f64.to_radians()),
                 (6, v.relaxed_threshold, 6000, 6, 0.02 - LAST_INCIDENCE),
             ]
             .map(|(views, threshold, tries, bases, slack)| Aim {
