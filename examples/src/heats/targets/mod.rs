@@ -169,6 +169,8 @@ pub struct Targets {
     held: BTreeSet<u64>,
     /// Cells of clusters that had their last try.
     tried: BTreeSet<Cell>,
+    /// Whether the last choice was a last try.
+    trying: bool,
     pace: Pace,
     cover: bool,
     cover_share: f64,
@@ -287,6 +289,7 @@ impl Targets {
             first: true,
             held: BTreeSet::new(),
             tried: BTreeSet::new(),
+            trying: false,
             pace: *pace,
             cover: settings.decision.cover,
             cover_share: settings.decision.cover_share,
@@ -514,7 +517,8 @@ impl Targets {
             }
         }
         if views.is_empty() {
-            if before.is_empty() && failures.lift(now) {
+            // Ahead of arrival only a last try leads to another: before the first, all is asked again from where the robot is.
+            if (before.is_empty() && failures.lift(now)) || (!before.is_empty() && !self.trying) {
                 return Ok(Outcome::Wait);
             }
             let costs = Costs {
@@ -580,6 +584,7 @@ impl Targets {
             .cloned()
             .collect();
         self.alternatives = others.iter().map(|v| self.choice_of(v, relaxed)).collect();
+        self.trying = relaxed;
         self.considered = Considered {
             views,
             chosen: Some(choice.candidate),
