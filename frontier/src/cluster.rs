@@ -1,7 +1,9 @@
 //! A cluster of frontier cells.
 
 use crate::Cell;
-use crate::map::{Map, neighbours};
+use crate::map::{FACES, Map};
+use crate::params::Side;
+use crate::split::sort;
 
 /// The two kinds of frontier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -42,9 +44,10 @@ impl Cluster {
         kind: Kind,
         mut cells: Vec<Cell>,
         least: usize,
+        side: Side,
         map: &impl Map,
     ) -> Self {
-        cells.sort_unstable();
+        sort(&mut cells);
         let born = cells.len();
         let mut cluster = Self {
             id,
@@ -57,21 +60,39 @@ impl Cluster {
             small: false,
             born,
         };
-        cluster.measure(least, map);
+        cluster.measure(least, side, map);
         cluster
     }
 
-    /// Recomputes everything that follows from the cells.
-    pub(crate) fn measure(&mut self, least: usize, map: &impl Map) {
+    /// Recomputes everything that follows from the cells; `side` is that of exploration cells.
+    pub(crate) fn measure(&mut self, least: usize, side: Side, map: &impl Map) {
         self.centroid = mean(&self.cells);
-        self.low = [0, 1, 2].map(|a| self.cells.iter().map(|c| c[a]).min().unwrap_or(0));
-        self.high = [0, 1, 2].map(|a| self.cells.iter().map(|c| c[a]).max().unwrap_or(0));
-        self.small = self.cells.len() < least;
-        let mut sum = [0.0; 3];
+        let first = self.cells.first().copied().unwrap_or_default();
+        (self.low, self.high) = (first, first);
+        // How many cells have which open faces.
+        let mut counts = [0u32; 64];
         for &cell in &self.cells {
-            let n = direction(map, self.kind, cell);
             for a in 0..3 {
-                sum[a] += n[a];
+                self.low[a] = self.low[a].min(cell[a]);
+                self.high[a] = self.high[a].max(cell[a]);
+            }
+            let faces = match (self.kind, side) {
+                (Kind::Exploration, Side::Free) => map.unknown_faces(cell),
+                _ => map.free_faces(cell),
+            };
+            counts[usize::from(faces & 63)] += 1;
+        }
+        self.small = self.cells.len() < least;
+        // An unknown cell looks away from its free neighbours.
+        let sign = match (self.kind, side) {
+            (Kind::Exploration, Side::Unknown) => -1.0,
+            _ => 1.0,
+        };
+        let mut sum = [0.0; 3];
+        for (faces, &count) in (0..).zip(&counts).filter(|(_, count)| **count > 0) {
+            let towards = direction(faces, sign);
+            for a in 0..3 {
+                sum[a] += f64::from(count) * towards[a];
             }
         }
         self.normal = unit(sum);
@@ -93,24 +114,14 @@ pub(crate) fn unit(v: [f64; 3]) -> [f64; 3] {
     }
 }
 
-/// Unit direction of one cell: mean of the directions to neighbours that are free (inspection) or unknown (exploration). An
-/// unknown cell looks away from its free neighbours.
-pub(crate) fn direction(map: &impl Map, kind: Kind, cell: Cell) -> [f64; 3] {
+/// Unit direction of a cell with some open faces, as [`Map::free_faces`] has them: mean of the directions across them; zero where
+/// they cancel.
+pub(crate) fn direction(faces: u8, sign: f64) -> [f64; 3] {
     let mut sum = [0.0; 3];
-    let is_unknown = |c: Cell| !map.is_free(c) && !map.is_occupied(c);
-    let side = match kind {
-        Kind::Exploration if is_unknown(cell) => -1.0,
-        _ => 1.0,
-    };
-    for n in neighbours(cell) {
-        let counts = match kind {
-            Kind::Inspection => map.is_free(n),
-            Kind::Exploration if side < 0.0 => map.is_free(n),
-            Kind::Exploration => is_unknown(n),
-        };
-        if counts {
+    for (i, face) in FACES.iter().enumerate() {
+        if faces >> i & 1 != 0 {
             for a in 0..3 {
-                sum[a] += side * f64::from(n[a] - cell[a]);
+                sum[a] += sign * f64::from(face[a]);
             }
         }
     }

@@ -19,6 +19,18 @@ pub fn check(map: &impl Map) {
                 if !inside(cell, bounds) {
                     assert!(!free && !occupied, "{cell:?} is outside but known");
                 }
+                for (i, n) in neighbours(cell).enumerate() {
+                    let (free, occupied) = (map.is_free(n), map.is_occupied(n));
+                    let bit = |faces: u8| faces >> i & 1 != 0;
+                    let faces = map.free_faces(cell);
+                    assert_eq!(bit(faces), free, "free face {i} of {cell:?}");
+                    let faces = map.unknown_faces(cell);
+                    assert_eq!(
+                        bit(faces),
+                        !free && !occupied,
+                        "unknown face {i} of {cell:?}"
+                    );
+                }
             }
             // Rows that begin before, at and within the map, and end within and beyond it.
             for start in [-70, -1, 0, 1, 37, 64] {

@@ -13,16 +13,34 @@ pub(crate) const NONE: u32 = u32::MAX;
 #[derive(Clone, Debug)]
 pub(crate) struct Layer {
     pub(crate) kind: Kind,
-    side: Side,
+    pub(crate) side: Side,
     pub(crate) low: Cell,
     pub(crate) size: [usize; 3],
     /// Words of a row.
-    words: usize,
-    bits: Vec<u64>,
+    pub(crate) words: usize,
+    pub(crate) bits: Vec<u64>,
     /// Low 32 bits of the owning cluster's id; words that never held a frontier cell have none.
     owner: Vec<Option<Box<[u32; 64]>>>,
     /// Cells that wait for a cluster; clear between updates.
-    loose: Vec<u64>,
+    pub(crate) loose: Vec<u64>,
+}
+
+/// What became of the cells of one word.
+pub(crate) struct Change {
+    pub(crate) word: usize,
+    /// Cells that became frontier.
+    pub(crate) gained: u64,
+    /// Cells that ceased to be.
+    pub(crate) lost: u64,
+}
+
+/// The set bits of a word, lowest first.
+pub(crate) fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = (bits != 0).then(|| bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        bit
+    })
 }
 
 impl Layer {
@@ -53,28 +71,96 @@ impl Layer {
             .is_some_and(|a| self.bits[a >> 6] >> (a & 63) & 1 != 0)
     }
 
-    pub(crate) fn owner(&self, cell: Cell) -> u32 {
-        self.address(cell)
-            .and_then(|a| Some(self.owner[a >> 6].as_ref()?[a & 63]))
-            .unwrap_or(NONE)
+    /// Cells of a word, appended to a list.
+    pub(crate) fn append(&self, word: usize, bits: u64, cells: &mut Vec<Cell>) {
+        let (line, w) = (word / self.words, word % self.words);
+        let x = self.low[0] + (w * 64) as i32;
+        let y = self.low[1] + (line % self.size[1]) as i32;
+        let z = self.low[2] + (line / self.size[1]) as i32;
+        cells.extend(ones(bits).map(|bit| [x + bit as i32, y, z]));
     }
 
+    /// Whether a word is the first and the last of its row.
+    pub(crate) fn ends(&self, word: usize) -> (bool, bool) {
+        let w = word % self.words;
+        (w == 0, w + 1 == self.words)
+    }
+
+    /// A word and those at its place in the eight rows around its own.
+    pub(crate) fn rows_beside(&self, word: usize) -> impl Iterator<Item = usize> + use<> {
+        let line = word / self.words;
+        let (y, z) = (line % self.size[1], line / self.size[1]);
+        let (row, layer) = (self.words, self.words * self.size[1]);
+        let around = |at: usize, size: usize| [at > 0, true, at + 1 < size];
+        let (ys, zs) = (around(y, self.size[1]), around(z, self.size[2]));
+        (0..9)
+            .filter(move |i| ys[i % 3] && zs[i / 3])
+            .map(move |i| word + i % 3 * row + i / 3 * layer - row - layer)
+    }
+
+    /// Gives a cell to a cluster.
     pub(crate) fn set_owner(&mut self, cell: Cell, id: u32) {
         if let Some(a) = self.address(cell) {
-            let word = &mut self.owner[a >> 6];
-            if id != NONE || word.is_some() {
-                word.get_or_insert_with(|| Box::new([NONE; 64]))[a & 63] = id;
+            self.owner[a >> 6].get_or_insert_with(|| Box::new([NONE; 64]))[a & 63] = id;
+        }
+    }
+
+    /// Takes cells of a word from their clusters, whose ids it tells, equal ones in a row once.
+    pub(crate) fn disown(&mut self, word: usize, bits: u64, mut tell: impl FnMut(u32)) {
+        let Some(owner) = &mut self.owner[word] else {
+            return;
+        };
+        let mut last = NONE;
+        for bit in ones(bits) {
+            let id = std::mem::replace(&mut owner[bit], NONE);
+            if id != last && id != NONE {
+                tell(id);
+                last = id;
             }
         }
     }
 
-    /// Lets cells wait for a cluster.
-    pub(crate) fn loosen(&mut self, cells: &[Cell]) {
-        for &cell in cells {
-            if let Some(a) = self.address(cell) {
-                self.loose[a >> 6] |= 1 << (a & 63);
+    /// Tells the clusters of the cells beside some of a word's, in the order of their cells, equal ones in a row once.
+    pub(crate) fn owners_beside(&self, word: usize, bits: u64, mut tell: impl FnMut(u32)) {
+        let (first, last) = self.ends(word);
+        let wide = bits | bits << 1 | bits >> 1;
+        let mut known = NONE;
+        let mut look = |at: usize, bits: u64| {
+            // What waits has no cluster.
+            let bits = bits & self.bits[at] & !self.loose[at];
+            if let (false, Some(owner)) = (bits == 0, &self.owner[at]) {
+                for id in ones(bits).map(|bit| owner[bit]) {
+                    if id != known && id != NONE {
+                        tell(id);
+                        known = id;
+                    }
+                }
+            }
+        };
+        for beside in self.rows_beside(word) {
+            look(beside, wide);
+            if !first && bits & 1 != 0 {
+                look(beside - 1, 1 << 63);
+            }
+            if !last && bits >> 63 != 0 {
+                look(beside + 1, 1);
             }
         }
+    }
+
+    /// Takes a cell from its cluster to let it wait for another one: the word that holds it. `None` if it is no longer a
+    /// frontier cell.
+    pub(crate) fn release(&mut self, cell: Cell) -> Option<usize> {
+        let a = self.address(cell)?;
+        let (word, bit) = (a >> 6, 1 << (a & 63));
+        if self.bits[word] & bit == 0 {
+            return None;
+        }
+        self.loose[word] |= bit;
+        if let Some(owner) = &mut self.owner[word] {
+            owner[a & 63] = NONE;
+        }
+        Some(word)
     }
 
     /// Takes a cell out of those that wait; false if it was not among them.
@@ -89,47 +175,36 @@ impl Layer {
     }
 
     /// The waiting cells x - 1, x and x + 1 of a row, as bits 0, 1 and 2.
-    pub(crate) fn waiting(&self, cell: Cell) -> u64 {
-        self.three(&self.loose, cell)
-    }
-
-    /// The frontier cells x - 1, x and x + 1 of a row, as bits 0, 1 and 2.
-    pub(crate) fn held(&self, cell: Cell) -> u64 {
-        self.three(&self.bits, cell)
-    }
-
-    fn three(&self, plane: &[u64], [x, y, z]: Cell) -> u64 {
+    pub(crate) fn waiting(&self, [x, y, z]: Cell) -> u64 {
         let [x, y, z] = [x - self.low[0], y - self.low[1], z - self.low[2]];
         if y < 0 || z < 0 || y as usize >= self.size[1] || z as usize >= self.size[2] {
             return 0;
         }
         let row = (z as usize * self.size[1] + y as usize) * self.words;
         let (w, bit) = (x as usize / 64, x & 63);
-        let here = plane[row + w];
+        let here = self.loose[row + w];
         let mut bits = if bit == 0 {
             here << 1
         } else {
             here >> (bit - 1)
         } & 7;
         if bit == 0 && w > 0 {
-            bits |= plane[row + w - 1] >> 63;
+            bits |= self.loose[row + w - 1] >> 63;
         }
         if bit == 63 && w + 1 < self.words {
-            bits |= (plane[row + w + 1] & 1) << 2;
+            bits |= (self.loose[row + w + 1] & 1) << 2;
         }
         bits
     }
 
-    /// Looks at the boxes again; appends the cells that became frontier and that ceased to be.
+    /// Looks at the boxes again: the words that changed.
     pub(crate) fn refresh(
         &mut self,
         map: &impl Map,
         boxes: &[CellBox],
         band: (i32, i32),
-        gained: &mut Vec<Cell>,
-        lost: &mut Vec<Cell>,
-    ) {
-        let mut now = Vec::new();
+    ) -> Vec<Change> {
+        let (mut now, mut changes) = (Vec::new(), Vec::new());
         for (low, high) in boxes {
             // A cell's kind depends on its neighbours, so the box grows by one.
             let from = [0, 1, 2].map(|a| (low[a].saturating_sub(1)).max(self.low[a]));
@@ -148,24 +223,21 @@ impl Layer {
                 for (y, now) in (from[1]..to[1]).zip(now.chunks(row)) {
                     let line =
                         (z - self.low[2]) as usize * self.size[1] + (y - self.low[1]) as usize;
-                    let before = &mut self.bits[line * self.words + first_word..][..row];
-                    for (w, (&now, before)) in now.iter().zip(before).enumerate() {
-                        if now == *before {
-                            continue;
-                        }
-                        let before = std::mem::replace(before, now);
-                        let x = x + (w * 64) as i32;
-                        for (mut bits, list) in
-                            [(now & !before, &mut *gained), (before & !now, &mut *lost)]
-                        {
-                            while bits != 0 {
-                                list.push([x + bits.trailing_zeros() as i32, y, z]);
-                                bits &= bits - 1;
-                            }
+                    let first = line * self.words + first_word;
+                    let before = &mut self.bits[first..][..row];
+                    for ((&now, before), word) in now.iter().zip(before).zip(first..) {
+                        if now != *before {
+                            changes.push(Change {
+                                word,
+                                gained: now & !*before,
+                                lost: *before & !now,
+                            });
+                            *before = now;
                         }
                     }
                 }
             }
         }
+        changes
     }
 }

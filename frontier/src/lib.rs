@@ -34,6 +34,7 @@
 mod cluster;
 pub mod conformance;
 mod detect;
+mod flood;
 mod fringe;
 pub mod grid;
 mod kmeans;

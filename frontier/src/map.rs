@@ -27,6 +27,15 @@ pub trait Map {
     fn is_inspected(&self, _cell: Cell) -> bool {
         false
     }
+    /// Faces of a cell across which its neighbour is free, as bits: -x, +x, -y, +y, -z, +z. A map with bit planes overrides this.
+    fn free_faces(&self, cell: Cell) -> u8 {
+        faces(cell, |n| self.is_free(n))
+    }
+    /// Faces of a cell across which its neighbour is neither free nor occupied, in the order of [`free_faces`](Self::free_faces);
+    /// cells outside the bounds are that too. A map with bit planes overrides this.
+    fn unknown_faces(&self, cell: Cell) -> u8 {
+        faces(cell, |n| !self.is_free(n) && !self.is_occupied(n))
+    }
     /// Exploration frontier cells, 64 along x in each word as bits: free with an unknown neighbour inside the bounds. The words
     /// are those of rows of `row` words each, the first from `first` along x, each next one cell further along y. A map with
     /// bit planes overrides this.
@@ -70,6 +79,12 @@ impl<M: Map + ?Sized> Map for &M {
     fn is_inspected(&self, cell: Cell) -> bool {
         (**self).is_inspected(cell)
     }
+    fn free_faces(&self, cell: Cell) -> u8 {
+        (**self).free_faces(cell)
+    }
+    fn unknown_faces(&self, cell: Cell) -> u8 {
+        (**self).unknown_faces(cell)
+    }
     fn exploration_words(&self, first: Cell, row: usize, words: &mut [u64]) {
         (**self).exploration_words(first, row, words);
     }
@@ -85,6 +100,12 @@ pub(crate) fn neighbours(cell: Cell) -> impl Iterator<Item = Cell> {
     FACES
         .iter()
         .map(move |f| [cell[0] + f[0], cell[1] + f[1], cell[2] + f[2]])
+}
+
+fn faces(cell: Cell, is: impl Fn(Cell) -> bool) -> u8 {
+    neighbours(cell)
+        .enumerate()
+        .fold(0, |bits, (i, n)| bits | u8::from(is(n)) << i)
 }
 
 pub(crate) fn inside(cell: Cell, (low, high): (Cell, Cell)) -> bool {

@@ -2,10 +2,10 @@
 
 use crate::cluster::{Cluster, Kind, direction};
 use crate::kmeans::kmeans;
-use crate::layer::{Layer, NONE};
+use crate::layer::Layer;
 use crate::map::Map;
 use crate::params::{Error, Params, Split};
-use crate::split::halve;
+use crate::split::{halve, sort};
 use crate::{Cell, CellBox};
 use std::collections::BTreeMap;
 
@@ -91,82 +91,111 @@ impl Frontiers {
             Kind::Exploration => self.params.exploration_band,
             Kind::Inspection => self.params.inspection_band,
         };
-        let (mut gained, mut lost) = (Vec::new(), Vec::new());
-        layer.refresh(map, boxes, band, &mut gained, &mut lost);
-        // Overlapping boxes may report a cell twice in opposite directions only if the map changed meanwhile; it cannot.
-        gained.sort_unstable();
-        lost.sort_unstable();
-
+        let changes = layer.refresh(map, boxes, band);
         let mut touched: BTreeMap<u64, bool> = BTreeMap::new(); // id -> must be made anew
-        for &cell in &lost {
-            let owner = layer.owner(cell);
-            layer.set_owner(cell, NONE);
-            if owner != NONE {
-                touched.entry(u64::from(owner)).or_insert(false);
+        // Words with cells that wait for a cluster.
+        let mut waiting = Vec::new();
+        for change in &changes {
+            layer.disown(change.word, change.lost, |id| {
+                touched.entry(u64::from(id)).or_insert(false);
+            });
+            if change.gained != 0 {
+                layer.loose[change.word] |= change.gained;
+                waiting.push(change.word);
             }
         }
-        let mut last = NONE;
-        for &[x, y, z] in &gained {
-            for (dy, dz) in ROWS {
-                let held = layer.held([x, y + dy, z + dz]);
-                for dx in (-1..=1).filter(|dx| held >> (dx + 1) & 1 != 0) {
-                    let owner = layer.owner([x + dx, y + dy, z + dz]);
-                    if owner != last && owner != NONE {
-                        touched.insert(u64::from(owner), true);
-                        last = owner;
-                    }
-                }
-            }
+        for change in changes.iter().filter(|change| change.gained != 0) {
+            layer.owners_beside(change.word, change.gained, |id| {
+                touched.insert(u64::from(id), true);
+            });
         }
         let least = self.least(layer.kind);
-        let mut loose = gained;
         for (id, anew) in touched {
-            let Some(cluster) = self.clusters.get_mut(&id) else {
-                continue;
-            };
-            cluster.cells.retain(|&c| layer.holds(c));
-            let left = cluster.cells.len();
-            let shrunk = left as f64 >= (1.0 - self.params.shrink_share) * cluster.born as f64;
-            if !anew && left > 0 && shrunk {
-                cluster.measure(least, map);
-                update.changed.push(id);
-            } else if let Some(cluster) = self.clusters.remove(&id) {
-                for &cell in &cluster.cells {
-                    layer.set_owner(cell, NONE);
+            if !anew && let Some(cluster) = self.clusters.get_mut(&id) {
+                cluster.cells.retain(|&c| layer.holds(c));
+                let left = cluster.cells.len();
+                if left > 0 && left as f64 >= (1.0 - self.params.shrink_share) * cluster.born as f64
+                {
+                    cluster.measure(least, layer.side, map);
+                    update.changed.push(id);
+                    continue;
                 }
-                loose.extend(cluster.cells);
+            }
+            if let Some(cluster) = self.clusters.remove(&id) {
+                for cell in cluster.cells {
+                    if let Some(word) = layer.release(cell)
+                        && waiting.last() != Some(&word)
+                    {
+                        waiting.push(word);
+                    }
+                }
                 update.removed.push(id);
             }
         }
-        loose.sort_unstable();
-        for cells in self.group(map, layer, &loose) {
+        let parts = match layer.kind {
+            Kind::Exploration => self.explore(layer, &waiting),
+            Kind::Inspection => self.inspect(map, layer, waiting),
+        };
+        for cells in parts {
             let id = self.next;
             self.next += 1;
             for &cell in &cells {
                 layer.set_owner(cell, id as u32);
             }
-            self.clusters
-                .insert(id, Cluster::new(id, layer.kind, cells, least, map));
+            let cluster = Cluster::new(id, layer.kind, cells, least, layer.side, map);
+            self.clusters.insert(id, cluster);
             update.added.push(id);
         }
     }
 
-    /// Cuts loose cells (sorted) into clusters: 26-connected components, then k-means or halving, or growth by normals and
-    /// halving.
-    fn group(&self, map: &impl Map, layer: &mut Layer, loose: &[Cell]) -> Vec<Vec<Cell>> {
-        let kind = layer.kind;
-        let limit = self.params.normal_angle.cos();
+    /// Cuts the waiting cells of some words into clusters: 26-connected sets in the order of their first cells, each by k-means
+    /// or halving.
+    fn explore(&self, layer: &mut Layer, waiting: &[usize]) -> Vec<Vec<Cell>> {
+        let mut sets = Vec::new();
+        for &word in waiting {
+            while layer.loose[word] != 0 {
+                let cells = layer.flood(word);
+                sets.push((cells.iter().copied().min(), cells));
+            }
+        }
+        sets.sort_unstable_by_key(|(first, _)| *first);
         let mut out = Vec::new();
-        layer.loosen(loose);
-        for &seed in loose {
+        for (_, mut cells) in sets {
+            match self.params.exploration_split {
+                Split::KMeans => {
+                    sort(&mut cells);
+                    out.extend(kmeans(&cells, &self.params));
+                }
+                Split::PrincipalAxis => {
+                    halve(cells, 0.5 * self.params.exploration_extent, &mut out);
+                }
+            }
+        }
+        out
+    }
+
+    /// Cuts the waiting cells of some words into clusters: grown from the first cells on by normals, then halved.
+    fn inspect(
+        &self,
+        map: &impl Map,
+        layer: &mut Layer,
+        mut waiting: Vec<usize>,
+    ) -> Vec<Vec<Cell>> {
+        let limit = self.params.normal_angle.cos();
+        waiting.sort_unstable();
+        waiting.dedup();
+        let mut seeds = Vec::new();
+        for word in waiting {
+            layer.append(word, layer.loose[word], &mut seeds);
+        }
+        sort(&mut seeds);
+        let mut out = Vec::new();
+        for seed in seeds {
             if !layer.take(seed) {
                 continue;
             }
             let mut members = vec![seed];
-            let mut mean = match kind {
-                Kind::Exploration => [0.0; 3],
-                Kind::Inspection => direction(map, kind, seed),
-            };
+            let mut sum = direction(map.free_faces(seed), 1.0);
             let mut next = 0;
             while next < members.len() {
                 let [x, y, z] = members[next];
@@ -175,21 +204,14 @@ impl Frontiers {
                     let waiting = layer.waiting([x, y + dy, z + dz]);
                     for dx in (-1..=1).filter(|dx| waiting >> (dx + 1) & 1 != 0) {
                         let neighbour = [x + dx, y + dy, z + dz];
-                        if kind == Kind::Inspection && !fits(map, neighbour, &mut mean, limit) {
-                            continue;
+                        if fits(direction(map.free_faces(neighbour), 1.0), &mut sum, limit) {
+                            layer.take(neighbour);
+                            members.push(neighbour);
                         }
-                        layer.take(neighbour);
-                        members.push(neighbour);
                     }
                 }
             }
-            members.sort_unstable();
-            let half = 0.5 * self.params.exploration_extent;
-            match (kind, self.params.exploration_split) {
-                (Kind::Inspection, _) => halve(members, self.params.inspection_radius, &mut out),
-                (_, Split::KMeans) => out.extend(kmeans(&members, &self.params)),
-                (_, Split::PrincipalAxis) => halve(members, half, &mut out),
-            }
+            halve(members, self.params.inspection_radius, &mut out);
         }
         out
     }
@@ -226,8 +248,7 @@ const ROWS: [(i32, i32); 9] = [
 
 /// True if an inspection cell's normal fits a growing cluster's sum of normals, which it then joins. Cells whose directions
 /// cancel, like a thin board's, fit any cluster.
-fn fits(map: &impl Map, cell: Cell, sum: &mut [f64; 3], limit: f64) -> bool {
-    let normal = direction(map, Kind::Inspection, cell);
+fn fits(normal: [f64; 3], sum: &mut [f64; 3], limit: f64) -> bool {
     let dot: f64 = (0..3).map(|a| sum[a] * normal[a]).sum();
     let norm = sum.iter().map(|v| v * v).sum::<f64>().sqrt();
     let flat = normal == [0.0; 3] || norm == 0.0;

@@ -3,7 +3,7 @@
 
 use frontier::grid::{Grid, State};
 use frontier::{
-    Cell, Frontiers, Kind, Params, Side, Split, conformance, exploration, exploration_on,
+    Cell, Frontiers, Kind, Map, Params, Side, Split, conformance, exploration, exploration_on,
     inspection,
 };
 use proptest::prelude::*;
@@ -138,6 +138,43 @@ proptest! {
                     prop_assert!(far.sqrt() <= 4.0 + 1e-9);
                 }
             }
+        }
+    }
+
+    /// Normals and boxes are those of the cells, by definition, on both sides.
+    #[test]
+    fn clusters_know_their_normal_and_box(map in maps(), unknown: bool) {
+        let exploration_side = if unknown { Side::Unknown } else { Side::Free };
+        let mut frontiers = Frontiers::new(Params { exploration_side, ..Params::default() }).unwrap();
+        frontiers.update(&map, &[]);
+        for c in frontiers.clusters() {
+            let mut sum = [0.0; 3];
+            for &cell in &c.cells {
+                let mut towards = [0.0f64; 3];
+                for (axis, step) in [(0, -1), (0, 1), (1, -1), (1, 1), (2, -1), (2, 1)] {
+                    let mut n = cell;
+                    n[axis] += step;
+                    let (free, known) = (map.is_free(n), map.is_free(n) || map.is_occupied(n));
+                    towards[axis] += f64::from(step) * match (c.kind, exploration_side) {
+                        (Kind::Inspection, _) => f64::from(u8::from(free)),
+                        (Kind::Exploration, Side::Free) => f64::from(u8::from(!known)),
+                        (Kind::Exploration, Side::Unknown) => -f64::from(u8::from(free)),
+                    };
+                }
+                let norm = towards.iter().map(|v| v * v).sum::<f64>().sqrt().max(1.0);
+                for a in 0..3 {
+                    sum[a] += towards[a] / norm;
+                }
+            }
+            let norm = sum.iter().map(|v| v * v).sum::<f64>().sqrt();
+            for a in 0..3 {
+                let is = if norm > 1e-9 { sum[a] / norm } else { 0.0 };
+                // Sums that nearly cancel have no direction to speak of.
+                prop_assert!((is - c.normal[a]).abs() < 1e-9 || norm < 1e-6, "{:?}", c);
+                prop_assert_eq!(c.low[a], c.cells.iter().map(|p| p[a]).min().unwrap());
+                prop_assert_eq!(c.high[a], c.cells.iter().map(|p| p[a]).max().unwrap());
+            }
+            prop_assert!(c.cells.is_sorted());
         }
     }
 

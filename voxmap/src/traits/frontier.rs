@@ -1,6 +1,6 @@
 //! `frontier::Map` for [`VoxelMap`], row by row, 64 cells at a time.
 
-use crate::VoxelMap;
+use crate::map::{FACES, VoxelMap};
 use crate::simd::{self, Kernel};
 use frontier::{Cell, Map};
 
@@ -59,6 +59,23 @@ impl Kernel for Across<'_> {
 const MANY: usize = 16;
 
 impl VoxelMap {
+    /// Faces of a cell across which its neighbour has a property, which is read at the neighbour's address; `None` for cells at
+    /// the map's faces and outside.
+    #[inline]
+    fn faces_inside(&self, cell: Cell, is: impl Fn(usize) -> bool) -> Option<u8> {
+        let s = self.stored(cell).map(|v| v as u32 as usize);
+        let inside = |a: usize| s[a] > 0 && s[a] + 1 < self.size[a];
+        if !(inside(0) && inside(1) && inside(2)) {
+            return None;
+        }
+        let row = self.words * 64;
+        let layer = row * self.size[1];
+        let at = s[2] * layer + s[1] * row + s[0];
+        let beside = [at - 1, at + 1, at - row, at + row, at - layer, at + layer];
+        let faces = beside.iter().enumerate();
+        Some(faces.fold(0, |bits, (i, &at)| bits | u8::from(is(at)) << i))
+    }
+
     /// Words at the place of word `w` of a row of stored cells, in it and in the rows around it.
     fn beside(&self, w: usize, y: usize, z: usize) -> Beside {
         let own = self.word(w, y, z);
@@ -198,6 +215,14 @@ impl VoxelMap {
     }
 }
 
+/// Faces of a cell across which its neighbour has a property.
+fn faces(cell: Cell, is: impl Fn(Cell) -> bool) -> u8 {
+    FACES.iter().enumerate().fold(0, |bits, (i, face)| {
+        let beside = [0, 1, 2].map(|a| cell[a].wrapping_add(face[a]));
+        bits | u8::from(is(beside)) << i
+    })
+}
+
 impl Map for VoxelMap {
     fn bounds(&self) -> (Cell, Cell) {
         let b = Self::bounds(self);
@@ -212,6 +237,15 @@ impl Map for VoxelMap {
     fn is_inspected(&self, cell: Cell) -> bool {
         // What is narrow and left out need not have been seen.
         self.exposed_faces(cell) != 0 && self.open_faces(cell) == 0
+    }
+    fn free_faces(&self, cell: Cell) -> u8 {
+        let inside = self.faces_inside(cell, |at| Self::bit(&self.free, at));
+        inside.unwrap_or_else(|| faces(cell, |n| Self::is_free(self, n)))
+    }
+    fn unknown_faces(&self, cell: Cell) -> u8 {
+        let unknown = |at| !Self::bit(&self.free, at) && !Self::bit(&self.occupied, at);
+        let inside = self.faces_inside(cell, unknown);
+        inside.unwrap_or_else(|| faces(cell, |n| !self.is_known(n)))
     }
     fn exploration_words(&self, first: Cell, row: usize, words: &mut [u64]) {
         self.fill(first, row, words, |at, from, row, words| {
