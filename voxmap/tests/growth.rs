@@ -423,3 +423,48 @@ fn an_empty_scan_changes_nothing() {
         assert!(map.take_changes().is_empty());
     }
 }
+
+/// Found by the fuzz target `scans`: an end beside the first cell of a row, far from all others.
+#[test]
+fn a_thorough_guard_looks_beyond_the_rows_first_cell() {
+    let scan = Scan {
+        origin: [0.110_840_127, 0.110_841_297, 2.7e-43],
+        hits: &[[0.110_855_1, 5.2e-44, 0.110_855_1]],
+        grazing_guard: Some(GrazingGuard::thorough()),
+        ..Scan::default()
+    };
+    let mut map = VoxelMap::growing(0.1, &SensorModel::default(), 1 << 20).unwrap();
+    assert_eq!(map.insert(&scan).unwrap().rays, 1);
+    assert!(map.is_occupied([1, -1, 1]));
+}
+
+/// A floor seen from above the map is kept like a ceiling seen from below it.
+#[test]
+fn the_guard_works_for_sensors_beyond_either_face() {
+    let [kept, mirrored] = [false, true].map(|mirrored| {
+        let mut map = map(0.25, [64.0, 16.0, 8.0]);
+        let low = map.low();
+        let place = |x: f64, y: f64, z: f64| {
+            let z = if mirrored { 8.0 - z } else { z };
+            [low[0] + 0.25 * x, low[1] + 0.25 * y, low[2] + 0.25 * z]
+        };
+        let hits: Vec<[f32; 3]> = (20..50)
+            .flat_map(|x| (2..14).map(move |y| place(f64::from(x) + 0.4, f64::from(y) + 0.6, 0.45)))
+            .map(|p| p.map(|v| v as f32))
+            .collect();
+        map.insert(&Scan {
+            origin: place(-3.0, 8.3, 9.5),
+            hits: &hits,
+            grazing_guard: Some(GrazingGuard::default()),
+            ..Scan::default()
+        })
+        .unwrap();
+        let floor = if mirrored { 7 } else { 0 };
+        let on_floor = |c: &[i32; 3]| c[2] == floor;
+        let freed = cells(&map).filter(on_floor).filter(|c| map.is_free(*c));
+        (freed.count(), map.counts().occupied)
+    });
+    assert_eq!(kept, mirrored);
+    assert!(kept.0 < 10, "{kept:?}");
+    assert_eq!(kept.1, 30 * 12);
+}

@@ -105,10 +105,18 @@ impl VoxelMap {
         let (Some(a), None) = (flat.next(), flat.next()) else {
             return;
         };
-        let crossings = (from[a] as i32).abs_diff(end[a]) as i32;
+        // A ray that comes in through an upper face starts in the last cell.
+        let start = (from[a] as i32).min(self.size[a] as i32 - 1);
+        let crossings = start.abs_diff(end[a]) as i32;
         let last = match crossings {
             0 => 0,
-            n => batch.next[a][ray] + (n - 1) * batch.delta[a][ray],
+            n => {
+                eprintln!(
+                    "n {n} a {a} from {from:?} to {to:?} next {} delta {}",
+                    batch.next[a][ray], batch.delta[a][ray]
+                );
+                batch.next[a][ray] + (n - 1) * batch.delta[a][ray]
+            }
         };
         let length = way.iter().map(|v| v * v).sum::<f64>().sqrt() * self.cell_size;
         let limit = ((1.0 - guard.tail / length).max(0.0) * f64::from(ONE)) as i32;
@@ -128,8 +136,8 @@ impl VoxelMap {
                 }
                 let row = self.word(0, y as usize, z as usize);
                 let word = |w: i32| {
-                    let at = row + w as usize;
                     if (0..self.words as i32).contains(&w) {
+                        let at = row + w as usize;
                         window.hit[at] | self.occupied[at]
                     } else {
                         0
