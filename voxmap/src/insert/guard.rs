@@ -110,13 +110,7 @@ impl VoxelMap {
         let crossings = start.abs_diff(end[a]) as i32;
         let last = match crossings {
             0 => 0,
-            n => {
-                eprintln!(
-                    "n {n} a {a} from {from:?} to {to:?} next {} delta {}",
-                    batch.next[a][ray], batch.delta[a][ray]
-                );
-                batch.next[a][ray] + (n - 1) * batch.delta[a][ray]
-            }
+            n => batch.next[a][ray] + (n - 1) * batch.delta[a][ray],
         };
         let length = way.iter().map(|v| v * v).sum::<f64>().sqrt() * self.cell_size;
         let limit = ((1.0 - guard.tail / length).max(0.0) * f64::from(ONE)) as i32;
