@@ -23,20 +23,31 @@ fn blank(w: &Workload) -> Result<VoxelMap, voxmap::Error> {
     })
 }
 
+/// How far hits are moved into the solid, m, and the grazing guard.
+type Care = (f64, Option<GrazingGuard>);
+
+/// As OctoMap has it.
+const PLAIN: Care = (0.0, None);
+
+/// What a scan has by default, and a guard.
+fn careful(guard: Option<GrazingGuard>) -> Care {
+    (voxmap::Scan::default().hit_depth, guard)
+}
+
 fn insert(
     map: &mut VoxelMap,
     scan: &Scan,
     range: f64,
     dedupe: bool,
-    guard: Option<GrazingGuard>,
+    (hit_depth, grazing_guard): Care,
 ) -> Result<(), voxmap::Error> {
     map.insert(&voxmap::Scan {
         origin: scan.origin,
         hits: &scan.points,
         max_range: range,
-        hit_depth: 0.0,
+        hit_depth,
         one_ray_per_end_voxel: dedupe,
-        grazing_guard: guard,
+        grazing_guard,
         ..voxmap::Scan::default()
     })
     .map(|_| ())
@@ -46,13 +57,13 @@ fn insert(
 fn inserted(
     w: &Workload,
     dedupe: bool,
-    guard: Option<GrazingGuard>,
+    care: Care,
     mut each: impl FnMut(&mut VoxelMap),
 ) -> Result<(VoxelMap, f64), voxmap::Error> {
     let mut map = blank(w)?;
     let mut times = Vec::new();
     for scan in &w.scans {
-        let (done, time) = timed(|| insert(&mut map, scan, w.range, dedupe, guard));
+        let (done, time) = timed(|| insert(&mut map, scan, w.range, dedupe, care));
         done?;
         times.push(time);
         each(&mut map);
@@ -120,13 +131,13 @@ fn obstacles(map: &VoxelMap) -> Vec<u8> {
 }
 
 /// Surface cells that turned from occupied to free, summed over all scans: each loses its inspection.
-fn flicker(w: &Workload, guard: Option<GrazingGuard>) -> Result<usize, voxmap::Error> {
+fn flicker(w: &Workload, care: Care) -> Result<usize, voxmap::Error> {
     let mut lost = 0;
     let mut before = blank(w)?;
     before.take_changes();
     let mut map = before.clone();
     for scan in &w.scans {
-        insert(&mut map, scan, w.range, false, guard)?;
+        insert(&mut map, scan, w.range, false, care)?;
         for cell in map.take_changes().cells() {
             lost += usize::from(before.is_occupied(cell) && map.is_free(cell));
             before.set_state(cell, map.state(cell));
@@ -238,7 +249,7 @@ fn frontiers(w: &Workload) -> Result<Value, Failure> {
     })?;
     let (mut detection, mut upkeep, mut like_fuel) = (Vec::new(), Vec::new(), Vec::new());
     let mut words = 0;
-    let (map, _) = inserted(w, false, None, |map| {
+    let (map, _) = inserted(w, false, PLAIN, |map| {
         let changes = map.take_changes();
         words += changes.words.len();
         // Only the words of changed boxes and of the cells beside them.
@@ -283,11 +294,18 @@ pub fn scans(w: &Workload, dump: Option<&Path>) -> Result<Value, Failure> {
     if w.scans.iter().all(|scan| scan.points.is_empty()) {
         return Ok(json!({ "name": w.name, "scans": w.scans.len(), "points_per_scan": 0.0 }));
     }
-    let (map, all) = inserted(w, false, None, |map| drop(map.take_changes()))?;
-    let (_, dedupe) = inserted(w, true, None, |map| drop(map.take_changes()))?;
-    let guards = [GrazingGuard::default(), GrazingGuard::thorough()].map(Some);
-    let (guarded, guard) = inserted(w, false, guards[0], |map| drop(map.take_changes()))?;
-    let (thorough, thoroughly) = inserted(w, false, guards[1], |map| drop(map.take_changes()))?;
+    let (map, all) = inserted(w, false, PLAIN, |map| drop(map.take_changes()))?;
+    let (_, dedupe) = inserted(w, true, PLAIN, |map| drop(map.take_changes()))?;
+    // With the depth of hits that is the default, without a guard and with each.
+    let cares = [
+        None,
+        Some(GrazingGuard::default()),
+        Some(GrazingGuard::thorough()),
+    ]
+    .map(careful);
+    let (deep, _) = inserted(w, false, cares[0], |map| drop(map.take_changes()))?;
+    let (guarded, guard) = inserted(w, false, cares[1], |map| drop(map.take_changes()))?;
+    let (thorough, thoroughly) = inserted(w, false, cares[2], |map| drop(map.take_changes()))?;
     // Distances are those of the true walls where they are known: what a finished exploration works with.
     let walls = if w.solids.is_empty() {
         map.clone()
@@ -320,12 +338,14 @@ pub fn scans(w: &Workload, dump: Option<&Path>) -> Result<Value, Failure> {
         "cost_map_ms": repeated_ms(5, || CostMap::project(&map, &CostMapParams::default())),
     });
     if !w.solids.is_empty() {
-        out["errors"] = errors(w, &map);
+        out["errors_as_octomap"] = errors(w, &map);
+        out["errors"] = errors(w, &deep);
         out["errors_guarded"] = errors(w, &guarded);
         out["errors_thorough"] = errors(w, &thorough);
-        out["flicker"] = json!(flicker(w, None)?);
-        out["flicker_guarded"] = json!(flicker(w, guards[0])?);
-        out["flicker_thorough"] = json!(flicker(w, guards[1])?);
+        out["flicker_as_octomap"] = json!(flicker(w, PLAIN)?);
+        out["flicker"] = json!(flicker(w, cares[0])?);
+        out["flicker_guarded"] = json!(flicker(w, cares[1])?);
+        out["flicker_thorough"] = json!(flicker(w, cares[2])?);
     }
     Ok(out)
 }
