@@ -147,3 +147,21 @@ fn small_leftovers_are_kept_and_grow() {
         20
     );
 }
+
+/// A new cell joins the cluster beside it, also across the border of two words and a row apart.
+#[test]
+fn clusters_join_across_words() {
+    for (old, new) in [(63, 64), (64, 63), (62, 63), (64, 65)] {
+        for (dy, dz) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dz| (dy, dz))) {
+            let mut map = Grid::new([70, 5, 5]);
+            map.set([old, 2, 2], State::Free);
+            let mut frontiers = Frontiers::new(Params::default()).unwrap();
+            let first = frontiers.update(&map, &[]);
+            let cell = [new, 2 + dy, 2 + dz];
+            map.set(cell, State::Free);
+            let update = frontiers.update(&map, &[(cell, cell.map(|v| v + 1))]);
+            assert_eq!(update.removed, first.added, "{old} {cell:?}");
+            assert_eq!(frontiers.clusters().count(), 1, "{old} {cell:?}");
+        }
+    }
+}

@@ -43,6 +43,12 @@ fn maps() -> impl Strategy<Value = Grid> {
     })
 }
 
+/// Cubes of one state each, many beside the border of the first two words.
+fn edits(many: std::ops::Range<usize>) -> impl Strategy<Value = Vec<(i32, i32, i32, i32, State)>> {
+    let x = prop_oneof![0..70i32, 59..66i32];
+    prop::collection::vec((x, 0..6i32, 0..5i32, 1..6i32, state()), many)
+}
+
 fn fill(grid: &mut Grid, low: Cell, high: Cell, state: State) {
     for z in low[2]..high[2] {
         for y in low[1]..high[1] {
@@ -84,7 +90,7 @@ proptest! {
     #[test]
     fn updates_equal_a_search_from_scratch(
         start in maps(),
-        edits in prop::collection::vec((0..70i32, 0..6i32, 0..5i32, 1..6i32, state()), 1..8),
+        edits in edits(1..8),
         unknown: bool,
         halves: bool,
     ) {
@@ -116,6 +122,54 @@ proptest! {
                 prop_assert!(frontiers.get(*id).is_some());
             }
         }
+    }
+
+    /// Without limits, and nothing allowed to shrink in place, exploration clusters are the 26-connected sets, after any edits.
+    #[test]
+    fn unlimited_clusters_are_the_connected_sets(
+        start in maps(),
+        edits in edits(0..6),
+        unknown: bool,
+        halves: bool,
+    ) {
+        let exploration_side = if unknown { Side::Unknown } else { Side::Free };
+        let exploration_split = if halves { Split::PrincipalAxis } else { Split::KMeans };
+        let params = Params {
+            exploration_side,
+            exploration_split,
+            exploration_size: 1e9,
+            exploration_extent: 1e9,
+            shrink_share: 0.0,
+            ..Params::default()
+        };
+        let mut map = start;
+        let mut frontiers = Frontiers::new(params).unwrap();
+        frontiers.update(&map, &[]);
+        for (x, y, z, d, state) in edits {
+            let (low, high) = ([x, y, z], [x + d, y + d, z + d]);
+            fill(&mut map, low, high, state);
+            frontiers.update(&map, &[(low, high)]);
+        }
+        let mut left: BTreeSet<Cell> = exploration_on(&map, exploration_side).into_iter().collect();
+        let mut sets = BTreeSet::new();
+        while let Some(first) = left.pop_first() {
+            let mut set = vec![first];
+            let mut next = 0;
+            while next < set.len() {
+                let [x, y, z] = set[next];
+                next += 1;
+                for i in 0..27 {
+                    let beside = [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1];
+                    if left.remove(&beside) {
+                        set.push(beside);
+                    }
+                }
+            }
+            set.sort_unstable();
+            sets.insert(set);
+        }
+        let found = frontiers.clusters().filter(|c| c.kind == Kind::Exploration);
+        prop_assert_eq!(found.map(|c| c.cells.clone()).collect::<BTreeSet<_>>(), sets);
     }
 
     /// Small clusters are marked, not lost; inspection clusters stay within their radius; the centroid is their mean.
