@@ -13,7 +13,7 @@ use voxmap::{
     Regions, Scan, SensorModel, VoxelMap,
 };
 
-const MOST: usize = 1 << 20;
+const MOST: usize = 1 << 23;
 
 /// A bounded map, a growing one, one loaded from a file, a copy of a snapshot, a cropped one.
 fn kinds(seed: u64) -> [VoxelMap; 5] {
