@@ -54,6 +54,14 @@ pub enum Error {
         /// Cells along x and y.
         size: [usize; 2],
     },
+    /// An image whose pixels do not fill its rows.
+    #[error("{pixels} pixels are no whole rows of width = {width}")]
+    Image {
+        /// Pixels given.
+        pixels: usize,
+        /// Pixels of a row.
+        width: usize,
+    },
     /// A position that is not finite.
     #[error("{field} = {value:?} must be finite")]
     Position {
