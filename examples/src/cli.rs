@@ -140,6 +140,10 @@ pub struct BenchArgs {
     /// Keep the results that are there and run what is missing.
     #[arg(long)]
     pub resume: bool,
+    /// Leave a report.html of each trial beside its result, to watch it in; the page of the campaign leads there. With --resume,
+    /// trials without one are run again.
+    #[arg(long, conflicts_with = "collect")]
+    pub reports: bool,
     /// Print the names of the trials, one a line, and run nothing; trial I is that of `--shard I/N`.
     #[arg(long, conflicts_with = "collect")]
     pub list: bool,

@@ -352,6 +352,7 @@ fn run_bench(args: &BenchArgs) -> Result<ExitCode, String> {
         jobs: args.jobs,
         shard: bench::parse_shard(args.shard.as_deref()).map_err(|e| e.to_string())?,
         resume: args.resume,
+        reports: args.reports,
         out: args.out.clone(),
     };
     let stop = stop_on_interrupt()?;

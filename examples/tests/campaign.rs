@@ -31,11 +31,22 @@ fn folder(name: &str) -> PathBuf {
 
 /// Runs a suite with what it says.
 fn run(text: &str, out: &Path, jobs: usize, resume: bool) -> (Result<Report, BenchError>, String) {
+    run_as(text, out, jobs, resume, false)
+}
+
+fn run_as(
+    text: &str,
+    out: &Path,
+    jobs: usize,
+    resume: bool,
+    reports: bool,
+) -> (Result<Report, BenchError>, String) {
     let said = Mutex::new(String::new());
     let campaign = Campaign {
         jobs,
         shard: (0, 1),
         resume,
+        reports,
         out: out.to_owned(),
     };
     let report = bench::run(&suite(text), &campaign, &AtomicBool::new(false), &|line| {
@@ -169,6 +180,83 @@ fn a_campaign_that_was_killed_goes_on_where_it_was() {
         before.keys().map(stamp).collect::<Vec<_>>(),
         "repeated without need"
     );
+    std::fs::remove_dir_all(out).unwrap();
+}
+
+/// Every file of the trials, with the time at which it was written.
+fn stamps(out: &Path) -> BTreeMap<String, std::time::SystemTime> {
+    std::fs::read_dir(out.join("trials"))
+        .unwrap()
+        .map(|entry| {
+            let entry = entry.unwrap();
+            let name = entry.file_name().to_string_lossy().into_owned();
+            (name, entry.metadata().unwrap().modified().unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn trials_leave_reports_when_asked_and_keep_them() {
+    let text = SUITE.replace("\"wg-nbvp\", \"aep\", ", "\"wg-nbvp\", ");
+    let out = folder("reports");
+    let (first, said) = run_as(&text, &out, 2, false, true);
+    let page = |report: Report| std::fs::read_to_string(&report.files[2]).unwrap();
+    let first = page(first.unwrap());
+    assert!(said.contains("[4/4]"), "{said}");
+    // Recording changes no result, and leaves one page a trial and nothing half done.
+    let all = results(&out);
+    assert_eq!(all.len(), 4);
+    assert!(all.iter().all(|(name, text)| &reference()[name] == text));
+    let before = stamps(&out);
+    assert_eq!(before.len(), 8, "{before:?}");
+    for name in all.keys() {
+        let link = format!("trials/{}", name.replace(".json", ".html"));
+        // A mark in each of four plots, and the table of the first; the table leads to the result as well.
+        assert_eq!(
+            first.matches(&format!("<a href=\"{link}\"")).count(),
+            5,
+            "{link}"
+        );
+        assert_eq!(
+            first.matches(&format!("<a href=\"trials/{name}\"")).count(),
+            1
+        );
+        // What is linked is that very trial's report, with the figures of the result beside it.
+        let report = std::fs::read_to_string(out.join(&link)).unwrap();
+        let data = report.split_once(r#"<script type="application/json" id="data">"#);
+        let data = data.unwrap().1.split_once("</script>").unwrap().0;
+        let data: serde_json::Value = serde_json::from_str(data).unwrap();
+        let kept = std::fs::read_to_string(out.join("trials").join(name)).unwrap();
+        let kept: serde_json::Value = serde_json::from_str(&kept).unwrap();
+        assert_eq!(data["result"], kept["result"], "{name}");
+        assert_eq!(data["begin"]["seed"], kept["result"]["seed"]);
+        assert_eq!(data["begin"]["settings"], kept["result"]["settings"]);
+        assert!(data["poses"].as_str().unwrap().len() > 100);
+    }
+    // What is there stays as it is, with reports or without.
+    for reports in [true, false] {
+        let (report, said) = run_as(&text, &out, 1, true, reports);
+        assert_eq!((page(report.unwrap()), said.as_str()), (first.clone(), ""));
+        assert_eq!(stamps(&out), before);
+    }
+    // A report that is missed is made anew, with its trial alone.
+    let name = "closet.wg-nbvp.seed01";
+    let lost = out.join(format!("trials/{name}.html"));
+    std::fs::remove_file(&lost).unwrap();
+    let (report, said) = run_as(&text, &out, 1, true, false);
+    assert!(said.is_empty() && !page(report.unwrap()).contains(&format!("{name}.html")));
+    let (report, said) = run_as(&text, &out, 1, true, true);
+    assert_eq!(
+        (page(report.unwrap()), said.trim()),
+        (first, format!("[1/1] {name}").as_str())
+    );
+    let after = stamps(&out);
+    let changed: Vec<_> = after.keys().filter(|k| after[*k] != before[*k]).collect();
+    assert_eq!(changed, [&format!("{name}.html"), &format!("{name}.json")]);
+    assert_eq!(results(&out), all);
+    // A trial that is run anew without a report does not keep the old one.
+    run(&text, &out, 2, false).0.unwrap();
+    assert!(stamps(&out).keys().all(|k| k.ends_with(".json")));
     std::fs::remove_dir_all(out).unwrap();
 }
 

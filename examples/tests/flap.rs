@@ -3,7 +3,7 @@
 
 mod bench_support;
 
-use seekplan::bench::{self, Campaign, Suite, Trial};
+use seekplan::bench::{self, Campaign, Kept, Left, Order, Suite, Trial};
 use seekplan::flap::{FlapError, FlapSettings, MapKind, PlannerKind, Site, ViewsKind, run, run_at};
 use seekplan::scene::Scene;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -243,19 +243,23 @@ impl Suite for Counting {
     fn run_group(
         &self,
         group: usize,
-        _: &AtomicBool,
-        wanted: &dyn Fn(usize) -> bool,
-        deliver: &mut dyn FnMut(usize, String) -> bool,
+        order: Order<'_>,
+        deliver: &mut dyn FnMut(usize, Left) -> bool,
     ) -> Result<(), String> {
-        for trial in (2 * group..2 * group + 2).filter(|&t| wanted(t)) {
+        for trial in (2 * group..2 * group + 2).filter(|&t| (order.wanted)(t)) {
             self.0.fetch_add(1, Ordering::Relaxed);
-            if !deliver(trial, format!("{trial}")) {
+            let left = Left {
+                result: format!("{trial}"),
+                report: order.reports.then(|| format!("<p>{trial}</p>")),
+            };
+            if !deliver(trial, left) {
                 return Ok(());
             }
         }
         Ok(())
     }
-    fn report(&self, results: &[String]) -> Result<(String, Vec<(String, String)>), String> {
+    fn report(&self, kept: &[Kept]) -> Result<(String, Vec<(String, String)>), String> {
+        let results: Vec<&str> = kept.iter().map(|k| k.result.as_str()).collect();
         Ok((
             results.join(","),
             vec![("sum.txt".into(), results.concat())],
@@ -270,6 +274,7 @@ fn campaigns_are_split_resumed_and_reported() {
         jobs: 2,
         shard,
         resume,
+        reports: false,
         out: out.clone(),
     };
     let suite = Counting(std::sync::atomic::AtomicUsize::new(0));

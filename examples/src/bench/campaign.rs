@@ -77,21 +77,51 @@ pub struct Trial {
     pub group: usize,
 }
 
+/// How the trials of a group are to be run.
+#[derive(Clone, Copy)]
+pub struct Order<'a> {
+    /// Ends the run when it turns true.
+    pub stop: &'a AtomicBool,
+    /// Whether a trial, by its index, is to be run.
+    pub wanted: &'a dyn Fn(usize) -> bool,
+    /// Whether each trial is to leave a report, if the suite can make one.
+    pub reports: bool,
+}
+
+/// What a trial leaves.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Left {
+    /// Its result, JSON.
+    pub result: String,
+    /// A page that shows how it went, HTML.
+    pub report: Option<String>,
+}
+
+/// The result of a trial as it lies in the campaign's folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// The result, JSON.
+    pub result: String,
+    /// Its file, from the campaign's folder.
+    pub file: String,
+    /// The trial's report, from the campaign's folder, if there is one.
+    pub report: Option<String>,
+}
+
 /// A set of trials and what is made of their results.
 pub trait Suite: Sync {
     /// All trials, in the order of their groups.
     fn trials(&self) -> Vec<Trial>;
-    /// Runs the trials of one group in turn; hands over each result as JSON text with its trial's index. It may leave out the
-    /// trials for which `wanted` is false, ends early when `deliver` says so, and delivers no trial that `stop` cut short.
+    /// Runs the trials of one group in turn; hands over what each leaves with its trial's index. It may leave out the trials
+    /// that are not `wanted`, ends early when `deliver` says so, and delivers no trial that `stop` cut short.
     ///
     /// # Errors
     /// What went wrong, in words.
     fn run_group(
         &self,
         group: usize,
-        stop: &AtomicBool,
-        wanted: &dyn Fn(usize) -> bool,
-        deliver: &mut dyn FnMut(usize, String) -> bool,
+        order: Order<'_>,
+        deliver: &mut dyn FnMut(usize, Left) -> bool,
     ) -> Result<(), String>;
     /// Whether a file's text is the result of a trial.
     ///
@@ -105,7 +135,7 @@ pub trait Suite: Sync {
     ///
     /// # Errors
     /// What is wrong with the results.
-    fn report(&self, results: &[String]) -> Result<(String, Vec<(String, String)>), String>;
+    fn report(&self, results: &[Kept]) -> Result<(String, Vec<(String, String)>), String>;
 }
 
 /// How to run a suite.
@@ -117,6 +147,8 @@ pub struct Campaign {
     pub shard: (usize, usize),
     /// Keep results that are there.
     pub resume: bool,
+    /// Leave a report of each trial beside its result, and run trials anew that have none.
+    pub reports: bool,
     /// Folder of the results.
     pub out: PathBuf,
 }
@@ -151,6 +183,9 @@ pub fn parse_shard(text: Option<&str>) -> Result<(usize, usize), BenchError> {
     }
 }
 
+/// Subfolder of the trials' files.
+const TRIALS: &str = "trials";
+
 /// The results of a suite in a folder.
 struct Results<'a> {
     suite: &'a dyn Suite,
@@ -163,12 +198,37 @@ impl<'a> Results<'a> {
         Self {
             suite,
             trials: suite.trials(),
-            folder: out.join("trials"),
+            folder: out.join(TRIALS),
         }
     }
 
     fn file(&self, trial: usize) -> String {
         format!("{}.json", self.trials[trial].name)
+    }
+
+    fn report(&self, trial: usize) -> String {
+        format!("{}.html", self.trials[trial].name)
+    }
+
+    fn has_report(&self, trial: usize) -> bool {
+        self.folder.join(self.report(trial)).is_file()
+    }
+
+    /// Writes what a trial left. The result comes last: a trial that has one is finished. A report of an older result goes.
+    fn keep(&self, trial: usize, left: &Left) -> Result<(), WriteError> {
+        let name = self.report(trial);
+        if let Some(report) = &left.report {
+            write_file(&self.folder, &name, report)?;
+        } else {
+            let path = self.folder.join(&name);
+            match std::fs::remove_file(&path) {
+                Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(WriteError { path, source });
+                }
+                _ => {}
+            }
+        }
+        write_file(&self.folder, &self.file(trial), &left.result).map(|_| ())
     }
 
     /// Text of a trial's result, or what is wrong with it; none if there is none.
@@ -208,7 +268,7 @@ pub fn run(
     for t in (0..trials.len()).filter(|&t| trials[t].group % parts == part) {
         missing[t] = match campaign.resume.then(|| results.read(t)).flatten() {
             None => true,
-            Some(Ok(_)) => false,
+            Some(Ok(_)) => campaign.reports && !results.has_report(t),
             Some(Err(flaw @ Flaw::Broken(_))) => {
                 say(&format!(
                     "{}: {flaw}; the trial is repeated",
@@ -238,8 +298,8 @@ pub fn run(
             if over() {
                 return;
             }
-            let mut deliver = |trial: usize, json: String| {
-                if let Err(error) = write_file(&results.folder, &results.file(trial), &json) {
+            let mut deliver = |trial: usize, left: Left| {
+                if let Err(error) = results.keep(trial, &left) {
                     fail(error.into());
                     return false;
                 }
@@ -247,7 +307,12 @@ pub fn run(
                 say(&format!("[{count}/{todo}] {}", trials[trial].name));
                 !over()
             };
-            let ran = suite.run_group(group, stop, &|t| missing[t], &mut deliver);
+            let order = Order {
+                stop,
+                wanted: &|t| missing[t],
+                reports: campaign.reports,
+            };
+            let ran = suite.run_group(group, order, &mut deliver);
             if let Err(message) = ran {
                 let own = trials.iter().zip(&missing);
                 let names: Vec<&str> = own
@@ -301,11 +366,17 @@ pub fn run(
 /// other settings.
 pub fn collect(suite: &dyn Suite, out: &std::path::Path) -> Result<Report, BenchError> {
     let results = Results::new(suite, out);
-    let (mut texts, mut missing) = (Vec::new(), Vec::new());
+    let (mut kept, mut missing) = (Vec::new(), Vec::new());
     for (t, trial) in results.trials.iter().enumerate() {
         match results.read(t) {
             None => missing.push(trial.name.clone()),
-            Some(Ok(text)) => texts.push(text),
+            Some(Ok(result)) => kept.push(Kept {
+                result,
+                file: format!("{TRIALS}/{}", results.file(t)),
+                report: results
+                    .has_report(t)
+                    .then(|| format!("{TRIALS}/{}", results.report(t))),
+            }),
             Some(Err(flaw)) => return Err(results.unfit(t, flaw)),
         }
     }
@@ -313,7 +384,7 @@ pub fn collect(suite: &dyn Suite, out: &std::path::Path) -> Result<Report, Bench
         let of = results.trials.len();
         return Err(BenchError::Missing { missing, of });
     }
-    let (table, contents) = suite.report(&texts).map_err(|message| BenchError::Read {
+    let (table, contents) = suite.report(&kept).map_err(|message| BenchError::Read {
         path: results.folder.clone(),
         message,
     })?;

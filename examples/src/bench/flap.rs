@@ -1,15 +1,16 @@
 //! The three experiments of the FLAP paper (Fig. 6): offline and continual planning on a known map, continual planning with
 //! only the walls known.
 
-use super::campaign::{Suite, Trial};
+use super::campaign::{Kept, Left, Order, Suite, Trial};
 use super::chart::{Bar, bars};
 use super::page::{Mark, Plot, Section, page};
-use super::spread;
-use crate::flap::{FlapResult, FlapSettings, MapKind, PlannerKind, Site, run_at};
-use crate::record::REPORT_FILE;
+use super::{left, spread};
+use crate::flap::{
+    FlapResult, FlapSettings, MapKind, PlannerKind, Progress, Site, run_at_recorded,
+};
+use crate::record::{Html, REPORT_FILE};
 use crate::scene::Scene;
 use std::fmt::Write;
-use std::sync::atomic::AtomicBool;
 
 /// The suite.
 #[derive(Clone, Debug)]
@@ -129,12 +130,12 @@ impl Figure6 {
         digits: usize,
         reference: Option<f64>,
         rows: &[usize],
+        kept: &[Vec<&Kept>],
         value: &dyn Fn(usize, usize) -> f64,
     ) -> Plot {
-        let mark = |row, seed| Mark {
-            value: value(row, seed),
-            label: format!("seed {}", seed + 1),
-            file: format!("trials/{}.json", self.name(row, seed)),
+        let mark = |row: usize, seed: usize| {
+            let label = format!("seed {}", seed + 1);
+            Mark::new(value(row, seed), label, kept[row][seed])
         };
         let marks = |row| (0..self.seeds).map(|seed| mark(row, seed)).collect();
         Plot {
@@ -172,14 +173,13 @@ impl Suite for Figure6 {
     fn run_group(
         &self,
         group: usize,
-        stop: &AtomicBool,
-        wanted: &dyn Fn(usize) -> bool,
-        deliver: &mut dyn FnMut(usize, String) -> bool,
+        order: Order<'_>,
+        deliver: &mut dyn FnMut(usize, Left) -> bool,
     ) -> Result<(), String> {
         let scene = Scene::builtin("race").map_err(|e| e.to_string())?;
         let mut site: Option<Site> = None;
         for (trial, (row, seed)) in self.order().into_iter().enumerate() {
-            if self.group_of(row, seed) != group || !wanted(trial) {
+            if self.group_of(row, seed) != group || !(order.wanted)(trial) {
                 continue;
             }
             let settings = FlapSettings {
@@ -190,25 +190,30 @@ impl Suite for Figure6 {
                 Some(site) => site,
                 None => Site::new(&scene, &settings).map_err(|e| e.to_string())?,
             };
+            let mut recorded = order.reports.then(Html::unwritten);
+            let quiet = &mut |_: &Progress| ();
             let outcome =
-                run_at(&ready, &settings, stop, &mut |_| ()).map_err(|e| e.to_string())?;
+                run_at_recorded(&ready, &scene, &settings, order.stop, quiet, &mut recorded)
+                    .map_err(|e| e.to_string())?;
             site = Some(ready);
             if outcome.result.ended == "interrupted" {
                 return Ok(());
             }
-            let json = serde_json::to_string_pretty(&outcome.result).map_err(|e| e.to_string())?;
-            if !deliver(trial, json + "\n") {
+            let left = left(&outcome.result, &outcome.result, recorded);
+            if !deliver(trial, left.map_err(|e| e.to_string())?) {
                 return Ok(());
             }
         }
         Ok(())
     }
 
-    fn report(&self, results: &[String]) -> Result<(String, Vec<(String, String)>), String> {
+    fn report(&self, results: &[Kept]) -> Result<(String, Vec<(String, String)>), String> {
         // results[row][seed]
         let mut by_row: Vec<Vec<FlapResult>> = vec![Vec::new(); self.rows.len()];
-        for ((row, _), text) in self.order().into_iter().zip(results) {
-            by_row[row].push(serde_json::from_str(text).map_err(|e| e.to_string())?);
+        let mut kept: Vec<Vec<&Kept>> = vec![Vec::new(); self.rows.len()];
+        for ((row, _), own) in self.order().into_iter().zip(results) {
+            by_row[row].push(serde_json::from_str(&own.result).map_err(|e| e.to_string())?);
+            kept[row].push(own);
         }
         let (mut table, mut markdown) = (String::new(), String::new());
         let mut csv = String::from(
@@ -286,6 +291,7 @@ impl Suite for Figure6 {
                         1,
                         None,
                         &rows,
+                        &kept,
                         &seconds,
                     ),
                     self.plot(
@@ -293,6 +299,7 @@ impl Suite for Figure6 {
                         3,
                         Some(1.0),
                         &rows[1..],
+                        &kept,
                         &ratio,
                     ),
                 ],
@@ -343,8 +350,8 @@ const TITLE: &str = "FLAP, figure 6: expected time of search";
 
 /// How to read the page's plots.
 const MARKS: &str = "Boxes: median and quartiles, with whiskers to the farthest trial within 1.5 of the box's width. Every mark is \
-    a trial and opens its result. The settings in a result, saved as a TOML file, repeat the trial with a report of its own: \
-    seekplan flap --config FILE --out DIR.";
+    a trial and opens its report, or its result where the campaign was run without --reports. The settings in a result, saved as \
+    a TOML file, repeat the trial: seekplan flap --config FILE --out DIR.";
 
 const HEADINGS: [&str; 8] = [
     "planner",

@@ -1,16 +1,15 @@
 //! Searches for tags by several planners: Tables II and III of the HEATS paper, and suites of one's own.
 
-use super::campaign::{BenchError, Flaw, Suite, Trial};
+use super::campaign::{BenchError, Flaw, Kept, Left, Order, Suite, Trial};
 use super::curves::{Curve, curves};
 use super::page::{Mark, Plot, Section, page};
-use super::spread;
 use super::suite_file::{Resolved, SuiteFile, What};
 use super::trial_file::{Machine, TRIAL_SCHEMA, TrialFile, build, scene_hash};
+use super::{left, spread};
 use crate::baselines;
 use crate::heats;
-use crate::record::{Ended, REPORT_FILE, RunResult};
+use crate::record::{Ended, Html, REPORT_FILE, RunResult};
 use std::fmt::Write;
-use std::sync::atomic::AtomicBool;
 
 /// The suite of the paper's tables.
 const EMBEDDED: &str = include_str!("../../suites/heats-tables.toml");
@@ -117,17 +116,23 @@ impl HeatsTables {
         r.rows[p.row].what.seeded(r.seeds[p.seed])
     }
 
-    /// Runs a trial; none if `stop` cut it short.
-    fn trial(&self, p: Place, stop: &AtomicBool) -> Result<Option<TrialFile>, String> {
+    /// Runs a trial; none if it was stopped.
+    fn trial(&self, p: Place, order: Order<'_>) -> Result<Option<Left>, String> {
         let scene = &self.resolved.scenes[p.scene].1;
+        let mut recorded = order.reports.then(Html::unwritten);
         let quiet = &mut |_: &crate::report::Status<'_>| ();
         let run = match self.what(p) {
-            What::Heats(settings) => heats::run(scene, &settings, stop, quiet),
-            What::Baseline(settings) => baselines::run(scene, &settings, stop, quiet),
+            What::Heats(s) => heats::run_recorded(scene, &s, order.stop, quiet, &mut recorded),
+            What::Baseline(s) => {
+                baselines::run_recorded(scene, &s, order.stop, quiet, &mut recorded)
+            }
         };
         let result = run.map_err(|e| e.to_string())?.result;
+        if result.ended == Ended::Interrupted {
+            return Ok(None);
+        }
         let (version, rustc) = build();
-        Ok((result.ended != Ended::Interrupted).then(|| TrialFile {
+        let file = TrialFile {
             schema: TRIAL_SCHEMA.to_owned(),
             trial: self.name(p),
             scene_hash: self.hashes[p.scene].clone(),
@@ -135,7 +140,9 @@ impl HeatsTables {
             rustc: rustc.to_owned(),
             result,
             machine: Machine::here(),
-        }))
+        };
+        let left = left(&file, &file.result, recorded).map_err(|e| e.to_string())?;
+        Ok(Some(left))
     }
 }
 
@@ -153,17 +160,15 @@ impl Suite for HeatsTables {
     fn run_group(
         &self,
         group: usize,
-        stop: &AtomicBool,
-        wanted: &dyn Fn(usize) -> bool,
-        deliver: &mut dyn FnMut(usize, String) -> bool,
+        order: Order<'_>,
+        deliver: &mut dyn FnMut(usize, Left) -> bool,
     ) -> Result<(), String> {
         let places = self.places();
-        let Some(&place) = places.get(group).filter(|_| wanted(group)) else {
+        let Some(&place) = places.get(group).filter(|_| (order.wanted)(group)) else {
             return Ok(());
         };
-        if let Some(file) = self.trial(place, stop)? {
-            let json = serde_json::to_string_pretty(&file).map_err(|e| e.to_string())?;
-            deliver(group, json + "\n");
+        if let Some(left) = self.trial(place, order)? {
+            deliver(group, left);
         }
         Ok(())
     }
@@ -174,17 +179,17 @@ impl Suite for HeatsTables {
         TrialFile::from_json(json)?.check(&self.name(place), hash, &settings)
     }
 
-    fn report(&self, results: &[String]) -> Result<(String, Vec<(String, String)>), String> {
+    fn report(&self, results: &[Kept]) -> Result<(String, Vec<(String, String)>), String> {
         let files: Vec<TrialFile> = results
             .iter()
-            .map(|text| TrialFile::from_json(text).map_err(|e| e.to_string()))
+            .map(|kept| TrialFile::from_json(&kept.result).map_err(|e| e.to_string()))
             .collect::<Result<_, _>>()?;
         let places = self.places();
         // Trials of a scene and a row, seed by seed.
-        let of = |scene: usize, row: usize| -> Vec<&RunResult> {
-            let own = places.iter().zip(&files);
+        let of = |scene: usize, row: usize| -> Vec<(&RunResult, &Kept)> {
+            let own = places.iter().zip(files.iter().zip(results));
             own.filter(|(p, _)| p.scene == scene && p.row == row)
-                .map(|(_, f)| &f.result)
+                .map(|(_, (file, kept))| (&file.result, kept))
                 .collect()
         };
         let mut second = vec![SECOND.map(String::from).to_vec()];
@@ -193,7 +198,8 @@ impl Suite for HeatsTables {
         for (scene, (scene_name, _)) in self.resolved.scenes.iter().enumerate() {
             let (mut lines, mut more) = (vec![second[0].clone()], vec![third[0].clone()]);
             for (row, r) in self.resolved.rows.iter().enumerate() {
-                let (a, b) = summary(scene_name, &r.name, &of(scene, row));
+                let own: Vec<&RunResult> = of(scene, row).iter().map(|(r, _)| *r).collect();
+                let (a, b) = summary(scene_name, &r.name, &own);
                 lines.push(a);
                 more.push(b);
             }
@@ -262,7 +268,7 @@ impl HeatsTables {
         scene: usize,
         second: &[Vec<String>],
         third: &[Vec<String>],
-        of: &dyn Fn(usize, usize) -> Vec<&'a RunResult>,
+        of: &dyn Fn(usize, usize) -> Vec<(&'a RunResult, &'a Kept)>,
     ) -> Section {
         let rows = &self.resolved.rows;
         let plot = |title: &str, digits, value: &dyn Fn(&RunResult) -> f64| Plot {
@@ -271,19 +277,17 @@ impl HeatsTables {
             reference: None,
             rows: (0..rows.len())
                 .map(|row| {
-                    let marks = of(scene, row).into_iter().enumerate();
-                    let marks = marks.map(|(seed, result)| Mark {
-                        value: value(result),
-                        label: format!("seed {}", result.seed),
-                        file: format!("trials/{}.json", self.name(Place { scene, row, seed })),
-                    });
-                    (rows[row].name.clone(), marks.collect())
+                    let own = of(scene, row);
+                    let mark = |(result, kept): &(&RunResult, &Kept)| {
+                        Mark::new(value(result), format!("seed {}", result.seed), kept)
+                    };
+                    (rows[row].name.clone(), own.iter().map(mark).collect())
                 })
                 .collect(),
         };
         let over_time = |title: &str, value: &dyn Fn(&RunResult, usize) -> f64| {
             let curve = |row: usize| -> Curve {
-                let trials = of(scene, row).into_iter().map(|result| {
+                let trials = of(scene, row).into_iter().map(|(result, _)| {
                     let samples = result.progress.iter().enumerate();
                     samples.map(|(k, p)| (p.time_s, value(result, k))).collect()
                 });
@@ -347,8 +351,8 @@ const NOTES: &str =
     "Mean ± standard deviation over seeds; at the limit: trials that the time limit ended";
 const PAPER_NOTE: &str = "; paper: what the HEATS paper reports for its own simulator, scenes of the same size and tags of its own.";
 const MARKS: &str = "Curves: mean over seeds, and the band between the least and the most. Boxes: median and quartiles, with whiskers to \
-    the farthest trial within 1.5 of the box's width. Every mark is a trial and opens its result. The settings in a result, saved as a \
-    TOML file, repeat the trial with a report of its own: seekplan heats --scene SCENE --config FILE --out DIR.";
+    the farthest trial within 1.5 of the box's width. Every mark is a trial and opens its report, or its result where the campaign was run without --reports. The settings in a \
+    result, saved as a TOML file, repeat the trial: seekplan heats --scene SCENE --config FILE --out DIR.";
 
 /// A row of both tables.
 fn summary(scene: &str, row: &str, results: &[&RunResult]) -> (Vec<String>, Vec<String>) {

@@ -1,7 +1,8 @@
 //! Campaigns: a suite is expanded to trials, each trial leaves its own result file, and the files make the tables.
 //!
 //! A trial's file is written under a temporary name and renamed, so that a campaign can be stopped at any time and taken up
-//! again with `--resume`, run by several jobs, and split among machines with `--shard`. A new suite implements [`Suite`].
+//! again with `--resume`, run by several jobs, and split among machines with `--shard`. With `--reports` it leaves a page beside its
+//! result in which the run can be watched. A new suite implements [`Suite`].
 
 mod campaign;
 mod chart;
@@ -12,11 +13,15 @@ mod page;
 mod suite_file;
 mod trial_file;
 
-pub use campaign::{BenchError, Campaign, Flaw, Report, Suite, Trial, collect, parse_shard, run};
+pub use campaign::{
+    BenchError, Campaign, Flaw, Kept, Left, Order, Report, Suite, Trial, collect, parse_shard, run,
+};
 pub use flap::Figure6;
 pub use heats::HeatsTables;
 pub use suite_file::{Seeds, SuiteError, SuiteFile};
 pub use trial_file::{Machine, TRIAL_SCHEMA, TrialFile, scene_hash};
+
+use crate::record::Html;
 
 /// The suite of a name, or of a TOML file; `trials`: seeds of each experiment if not the suite's own number.
 ///
@@ -43,6 +48,25 @@ pub fn suite(name: &str, trials: Option<usize>) -> Result<Box<dyn Suite>, BenchE
         }
         _ => Err(BenchError::NoSuite(name.to_owned())),
     }
+}
+
+/// What a trial leaves: its result (`file`), and the page of what was recorded with the figures of the run's `result`.
+fn left(
+    file: &impl serde::Serialize,
+    result: &impl serde::Serialize,
+    recorded: Option<Html>,
+) -> Result<Left, serde_json::Error> {
+    let report = match recorded {
+        None => None,
+        Some(mut html) => {
+            html.set_result(serde_json::to_value(result)?);
+            html.page()
+        }
+    };
+    Ok(Left {
+        result: serde_json::to_string_pretty(file)? + "\n",
+        report,
+    })
 }
 
 /// Mean and sample standard deviation.

@@ -1,10 +1,11 @@
-//! `report.html` of a campaign: tables, and box plots in which every trial is a mark that leads to its result. One file without
+//! `report.html` of a campaign: tables, and box plots in which every trial is a mark that leads to its report or result. One file without
 //! script, library or network; the links are relative, so that the campaign's folder can be moved.
 
-use crate::record::escaped;
+use super::campaign::Kept;
+use crate::record::{document, escaped};
 use std::fmt::Write;
 
-const PAGE: &str = include_str!("page.html");
+const STYLE: &str = include_str!("page.css");
 
 /// Width of a plot, pixels; it scales with the page.
 const WIDTH: f64 = 560.0;
@@ -45,11 +46,24 @@ pub(super) struct Mark {
     pub(super) label: String,
     /// Its result, from the page's folder.
     pub(super) file: String,
+    /// Its report, from the page's folder, if it has one.
+    pub(super) report: Option<String>,
+}
+
+impl Mark {
+    pub(super) fn new(value: f64, label: String, kept: &Kept) -> Self {
+        Self {
+            value,
+            label,
+            file: kept.file.clone(),
+            report: kept.report.clone(),
+        }
+    }
 }
 
 /// The page. `notes` are paragraphs above the first experiment.
 pub(super) fn page(title: &str, notes: &[String], sections: &[Section]) -> String {
-    let mut body = String::new();
+    let mut body = format!("<h1>{}</h1>\n", escaped(title));
     for note in notes {
         let _ = writeln!(body, "<p>{}</p>", escaped(note));
     }
@@ -69,8 +83,7 @@ pub(super) fn page(title: &str, notes: &[String], sections: &[Section]) -> Strin
             trials(&mut body, first);
         }
     }
-    PAGE.replace("{{title}}", &escaped(title))
-        .replace("{{body}}", &body)
+    document(title, STYLE, &body)
 }
 
 fn table(body: &mut String, lines: &[Vec<String>]) {
@@ -86,7 +99,7 @@ fn table(body: &mut String, lines: &[Vec<String>]) {
     body.push_str("</table></div>\n");
 }
 
-/// All values of a plot, each a link.
+/// All values of a plot, each a link to the result, and behind it one to the report.
 fn trials(body: &mut String, plot: &Plot) {
     let _ = writeln!(
         body,
@@ -98,12 +111,20 @@ fn trials(body: &mut String, plot: &Plot) {
         for mark in marks {
             let _ = write!(
                 body,
-                r#"<td><a href="{}" title="{}">{:.*}</a></td>"#,
+                r#"<td><a href="{}" title="{}, result">{:.*}</a>"#,
                 escaped(&mark.file),
                 escaped(&mark.label),
                 plot.digits,
                 mark.value
             );
+            if let Some(report) = &mark.report {
+                let (report, label) = (escaped(report), escaped(&mark.label));
+                let _ = write!(
+                    body,
+                    r#" <a href="{report}" title="{label}, report" aria-label="{label}, report">&#9654;</a>"#
+                );
+            }
+            body.push_str("</td>");
         }
         body.push_str("</tr>\n");
     }
@@ -186,7 +207,7 @@ fn plot(body: &mut String, plot: &Plot) {
             let _ = writeln!(
                 body,
                 r##"<a href="{}"><circle cx="{:.1}" cy="{height:.1}" r="3.2" fill="#0f172a" fill-opacity="0.5"><title>{}, {}: {:.*}</title></circle></a>"##,
-                escaped(&mark.file),
+                escaped(mark.report.as_ref().unwrap_or(&mark.file)),
                 x(mark.value),
                 escaped(name),
                 escaped(&mark.label),
@@ -280,6 +301,7 @@ mod tests {
             value,
             label: label.into(),
             file: format!("trials/{label}.json"),
+            report: (label == "one").then(|| "trials/one.html".into()),
         };
         let rows = vec![
             ("a<b".into(), vec![mark(1.0, "one"), mark(3.0, "two")]),
@@ -300,8 +322,15 @@ mod tests {
         let text = page("A campaign", &["of two planners".into()], &[section]);
         for label in ["one", "two", "three", "four&quot;"] {
             let link = format!(r#"<a href="trials/{label}.json""#);
-            assert_eq!(text.matches(&link).count(), 2, "{label}: a mark and a cell");
+            let links = text.matches(&link).count();
+            assert_eq!(
+                links,
+                if label == "one" { 1 } else { 2 },
+                "{label}: a mark and a cell"
+            );
         }
+        // Where there is a report, the mark leads to it, and the cell to both.
+        assert_eq!(text.matches(r#"<a href="trials/one.html""#).count(), 2);
         assert!(text.contains("a&lt;b, two: 3.0") && text.contains("known &amp; unknown"));
         assert!(!text.contains("a<b") && !text.contains("<i>") && !text.contains("{{"));
         assert!(!text.contains("NaN") && !text.contains("inf"));

@@ -16,6 +16,6 @@ pub use draw::draw;
 pub(crate) use draw::{Picture, draw_picture};
 pub use plans::{FloorPlans, PlanError};
 pub use record::{FlapResult, StepRecord, closing_table, write};
-pub use search::{FlapError, Outcome, Progress, run, run_at, run_recorded};
+pub use search::{FlapError, Outcome, Progress, run, run_at, run_at_recorded, run_recorded};
 pub use settings::{FlapSettings, MapKind, PlannerKind, SettingsError, TravelKind, ViewsKind};
 pub use site::Site;

@@ -365,9 +365,7 @@ pub fn run_recorded(
     recorder: &mut dyn Recorder,
 ) -> Result<Outcome, FlapError> {
     let site = Site::new(scene, settings)?;
-    let tap = Tap::new(recorder);
-    tap.begin(scene, settings, &site);
-    search(&site, settings, stop, progress, &tap)
+    run_at_recorded(&site, scene, settings, stop, progress, recorder)
 }
 
 /// Searches a site that serves the settings.
@@ -381,6 +379,23 @@ pub fn run_at(
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, FlapError> {
     search(site, settings, stop, progress, &Tap::new(&mut Silent))
+}
+
+/// As [`run_at`], and tells `recorder` all that happens. `scene`: that of the site.
+///
+/// # Errors
+/// [`FlapError`].
+pub fn run_at_recorded(
+    site: &Site,
+    scene: &Scene,
+    settings: &FlapSettings,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(&Progress),
+    recorder: &mut dyn Recorder,
+) -> Result<Outcome, FlapError> {
+    let tap = Tap::new(recorder);
+    tap.begin(scene, settings, site);
+    search(site, settings, stop, progress, &tap)
 }
 
 fn search(

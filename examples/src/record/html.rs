@@ -1,11 +1,12 @@
 //! `report.html`: one file that shows a run at any moment, without network or library.
 
 use super::columns::{Columns, FrontierColumns};
+use super::document::{document, fill};
 use super::event::{Begin, DecisionEvent, Event, LookEvent, PlanEvent, PoseEvent, View};
 use super::pack::{Pack, Table};
 use super::recorder::Recorder;
 use super::write_file;
-use super::{WriteError, escaped, round};
+use super::{WriteError, round};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// Name of the file in a run's folder.
 pub const REPORT_FILE: &str = "report.html";
 
-const PAGE: &str = include_str!("page/report.html");
+const BODY: &str = include_str!("page/report.html");
 const STYLE: &str = include_str!("page/page.css");
 const SCRIPT: &str = include_str!("page/report.js");
 const DECODE: &str = include_str!("page/decode.js");
@@ -125,7 +126,8 @@ fn view(v: &View) -> [i32; 7] {
 /// Makes `report.html` of a recording.
 #[derive(Debug)]
 pub struct Html {
-    path: PathBuf,
+    /// Folder of the report, if it is to be written.
+    path: Option<PathBuf>,
     result: Option<Value>,
     begin: Option<Box<Begin>>,
     columns: Columns,
@@ -160,8 +162,17 @@ impl Html {
     /// A report in `folder`. `result` is what `result.json` holds, if there is one.
     pub fn new(folder: &Path, result: Option<Value>) -> Self {
         Self {
-            path: folder.to_owned(),
+            path: Some(folder.to_owned()),
             result,
+            ..Self::unwritten()
+        }
+    }
+
+    /// A report that is kept in memory, to be had from [`page`](Self::page).
+    pub fn unwritten() -> Self {
+        Self {
+            path: None,
+            result: None,
             begin: None,
             columns: Columns::default(),
             shown: Vec::new(),
@@ -360,37 +371,20 @@ impl Html {
         }))
     }
 
+    /// Takes in what `result.json` holds.
+    pub fn set_result(&mut self, result: Value) {
+        self.result = Some(result);
+    }
+
     /// The page as text, or none if nothing was recorded.
     pub fn page(&self) -> Option<String> {
         let begin = self.begin.as_ref()?;
         let title = format!("{} · {} · seed {}", begin.system, begin.scene, begin.seed);
-        Some(page(PAGE, &title, &[DECODE, SCRIPT], &self.data()?))
+        // Inside a script element nothing but `<` can end it.
+        let data = self.data()?.to_string().replace('<', "\\u003c");
+        let parts = [("data", data), ("script", [DECODE, SCRIPT].concat())];
+        Some(document(&title, STYLE, &fill(BODY, &parts)))
     }
-}
-
-/// Fills a page: title, style, scripts and data.
-pub(super) fn page(template: &str, title: &str, scripts: &[&str], data: &Value) -> String {
-    // Inside a script element nothing but `<` can end it.
-    let data = data.to_string().replace('<', "\\u003c");
-    let title = escaped(title);
-    let mut out = String::with_capacity(template.len() + data.len() + (1 << 16));
-    let mut rest = template;
-    while let Some((before, after)) = rest.split_once("{{") {
-        out.push_str(before);
-        let Some((name, after)) = after.split_once("}}") else {
-            break;
-        };
-        match name {
-            "title" => out.push_str(&title),
-            "style" => out.push_str(STYLE),
-            "script" => scripts.iter().for_each(|s| out.push_str(s)),
-            "data" => out.push_str(&data),
-            _ => {}
-        }
-        rest = after;
-    }
-    out.push_str(rest);
-    out
 }
 
 impl Recorder for Html {
@@ -494,9 +488,9 @@ impl Recorder for Html {
     }
 
     fn finish(&mut self) -> Result<(), WriteError> {
-        match self.page() {
-            Some(page) => write_file(&self.path, REPORT_FILE, &page).map(|_| ()),
-            None => Ok(()),
+        match (&self.path, self.page()) {
+            (Some(path), Some(page)) => write_file(path, REPORT_FILE, &page).map(|_| ()),
+            _ => Ok(()),
         }
     }
 }

@@ -3,6 +3,7 @@
 //! A run tells a [`Recorder`] its [`Event`]s. [`JsonLines`] writes them to `record.jsonl` as they come; [`Html`] makes `report.html` of them.
 
 mod columns;
+mod document;
 mod event;
 mod html;
 mod json_lines;
@@ -15,6 +16,8 @@ mod still;
 mod table;
 mod topdown;
 mod trace;
+
+pub(crate) use document::document;
 
 pub use columns::{ColumnClass, Columns, FrontierColumns};
 pub use event::{

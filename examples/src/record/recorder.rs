@@ -48,6 +48,21 @@ impl Recorder for Silent {
     fn record(&mut self, _: f64, _: &Event) {}
 }
 
+/// Keeps nothing where there is no recorder.
+impl<R: Recorder> Recorder for Option<R> {
+    fn is_on(&self) -> bool {
+        self.as_ref().is_some_and(R::is_on)
+    }
+    fn record(&mut self, time: f64, event: &Event) {
+        if let Some(recorder) = self {
+            recorder.record(time, event);
+        }
+    }
+    fn finish(&mut self) -> Result<(), WriteError> {
+        self.as_mut().map_or(Ok(()), R::finish)
+    }
+}
+
 /// Keeps all events in memory, for tests.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Memory {

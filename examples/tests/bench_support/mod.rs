@@ -31,6 +31,7 @@ pub(crate) fn campaign(out: &Path) -> Report {
         jobs: 1,
         shard: (0, 1),
         resume: true,
+        reports: false,
         out: out.to_owned(),
     };
     bench::run(suite.as_ref(), &campaign, &never, &|trial| {
