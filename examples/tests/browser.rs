@@ -239,24 +239,29 @@ fn the_page_of_a_campaign_leads_to_its_trials() {
     assert_eq!(count("svg rect"), planners + planners - 3.0);
     assert_eq!(count("svg circle"), seeds * (planners + planners - 3.0));
     assert_eq!(count("details td a"), seeds * planners);
-    // Names and medians do not run into each other, and nothing leaves its plot.
-    let bad = browser.number(
-        "let bad = 0;
+    // Names, medians and boxes do not run into each other, nor the labels of an axis, and nothing leaves its plot.
+    const CLASHES: &str = "let bad = 0;
          for (const svg of document.querySelectorAll('svg')) {
            const edge = svg.getBoundingClientRect();
            const names = [...svg.querySelectorAll('text[paint-order]')].map((t) => t.getBoundingClientRect());
            for (let k = 0; k < names.length; k += 2) if (names[k].right > names[k + 1].left) bad++;
+           const drawn = [...svg.querySelectorAll('circle, rect')].map((e) => e.getBoundingClientRect());
+           for (const n of names) for (const d of drawn)
+             if (n.left < d.right && d.left < n.right && n.top < d.bottom && d.top < n.bottom) bad++;
+           const ticks = [...svg.querySelectorAll('text[text-anchor=middle]')].map((t) => t.getBoundingClientRect());
+           for (let k = 1; k < ticks.length; k++) if (ticks[k - 1].right > ticks[k].left) bad++;
            for (const e of svg.querySelectorAll('text, circle, rect')) {
              const r = e.getBoundingClientRect();
              if (r.left < edge.left || r.right > edge.right || r.top < edge.top - 1 || r.bottom > edge.bottom + 1) bad++;
            }
          }
-         return bad",
-    );
-    assert_eq!(bad, 0.0);
+         return bad";
+    assert_eq!(browser.number(CLASHES), 0.0);
     // A phone: what is too wide scrolls within its frame.
     browser.resize(390, 844);
     browser.wait("return innerWidth < 520");
+    // Its letters are larger.
+    assert_eq!(browser.number(CLASHES), 0.0);
     let over = browser.number(
         "return document.scrollingElement.scrollWidth - document.documentElement.clientWidth",
     );

@@ -7,7 +7,10 @@ use std::fmt::Write;
 const WIDTH: f64 = 560.0;
 const HEIGHT: f64 = 300.0;
 /// Left, top, right, bottom, pixels.
-const MARGINS: [f64; 4] = [44.0, 10.0, 12.0, 30.0];
+const MARGINS: [f64; 4] = [60.0, 10.0, 24.0, 30.0];
+/// Names beside each other, and the distance of their lines, pixels.
+const COLUMNS: usize = 2;
+const LINE: f64 = 22.0;
 /// Colours that are told apart also without red or green (Okabe and Ito).
 const COLOURS: [&str; 6] = [
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#374151",
@@ -32,7 +35,7 @@ pub(super) fn curves(title: &str, curves: &[Curve]) -> String {
     let [left, top, right, bottom] = MARGINS;
     let x = |t: f64| left + t / end * (WIDTH - left - right);
     let y = |v: f64| HEIGHT - bottom - v * (HEIGHT - top - bottom);
-    let legend = 20.0 * curves.len().div_ceil(3) as f64;
+    let legend = LINE * curves.len().div_ceil(COLUMNS) as f64;
     let mut svg = String::new();
     let _ = writeln!(
         svg,
@@ -88,8 +91,8 @@ pub(super) fn curves(title: &str, curves: &[Curve]) -> String {
             lower.concat(),
             escaped(name)
         );
-        let (column, row) = ((k % 3) as f64, (k / 3) as f64);
-        let (lx, ly) = (left + column * 168.0, HEIGHT + 4.0 + 20.0 * row);
+        let (column, row) = ((k % COLUMNS) as f64, (k / COLUMNS) as f64);
+        let (lx, ly) = (left + column * 250.0, HEIGHT + 4.0 + LINE * row);
         let _ = writeln!(
             svg,
             r##"<path d="M{lx} {ly}h22" stroke="{colour}" stroke-width="3"{dash}/><text x="{}" y="{}">{}</text>"##,

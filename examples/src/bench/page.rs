@@ -7,11 +7,12 @@ use std::fmt::Write;
 
 const STYLE: &str = include_str!("page.css");
 
-/// Width of a plot, pixels; it scales with the page.
+/// Width of a plot, pixels; it scales with the page. Letters are half as large again on a phone (page.css), and must not touch there.
 const WIDTH: f64 = 560.0;
-const MARGIN: f64 = 16.0;
+/// At either side; half the label of a tick at the edge fits in.
+const MARGIN: f64 = 28.0;
 /// Height of a row: its name, and below it the box.
-const ROW: f64 = 40.0;
+const ROW: f64 = 48.0;
 /// Height of the axis below the rows.
 const AXIS: f64 = 26.0;
 
@@ -143,8 +144,8 @@ fn plot(body: &mut String, plot: &Plot) {
     if low > high {
         return;
     }
-    // Something to divide by where all values are the same.
-    let pad = (0.04 * (high - low)).max(1e-6 * high.abs().max(1.0));
+    // Something to divide by where all values are the same, and no finer than they are shown.
+    let pad = (0.04 * (high - low)).max(3.0 * 0.1f64.powi(plot.digits as i32));
     let (low, high) = (low - pad, high + pad);
     let x = |v: f64| MARGIN + (v - low) / (high - low) * (WIDTH - 2.0 * MARGIN);
     let bottom = plot.rows.len() as f64 * ROW + 4.0;
@@ -174,7 +175,7 @@ fn plot(body: &mut String, plot: &Plot) {
     }
     for (row, (name, marks)) in plot.rows.iter().enumerate() {
         let top = row as f64 * ROW;
-        let middle = top + 27.0;
+        let middle = top + 32.0;
         let values = marks.iter().map(|m| m.value);
         let Some(five) = Five::of(values) else {
             continue;
@@ -188,7 +189,7 @@ fn plot(body: &mut String, plot: &Plot) {
 <path d="M{least:.1} {middle}H{lower:.1}M{upper:.1} {middle}H{most:.1}M{least:.1} {5:.1}v8M{most:.1} {5:.1}v8" stroke="#0f172a"/>
 <rect x="{lower:.1}" y="{6:.1}" width="{7:.1}" height="16" fill="#dbeafe" stroke="#1d4ed8"/>
 <path d="M{median:.1} {6:.1}v16" stroke="#1d4ed8" stroke-width="2.5"/>"##,
-            top + 14.0,
+            top + 16.0,
             escaped(name),
             WIDTH - MARGIN,
             five.median,
