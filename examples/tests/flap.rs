@@ -308,6 +308,41 @@ fn campaigns_are_split_resumed_and_reported() {
     std::fs::remove_dir_all(out).unwrap();
 }
 
+/// A trial that is to be watched leaves the page of its own search; one that is not leaves its result alone.
+#[test]
+fn a_trial_leaves_a_report_when_asked() {
+    let suite = bench::suite("flap-figure6", Some(1)).unwrap();
+    let leave = |reports| {
+        let stop = never();
+        let order = Order {
+            stop: &stop,
+            wanted: &|t| t == 0,
+            reports,
+        };
+        let mut all = Vec::new();
+        let mut deliver = |t, left: Left| {
+            all.push((t, left));
+            true
+        };
+        suite.run_group(0, order, &mut deliver).unwrap();
+        assert_eq!((all.len(), all[0].0), (1, 0));
+        all.remove(0).1
+    };
+    assert_eq!(leave(false).report, None);
+    let left = leave(true);
+    let page = left.report.unwrap();
+    let (_, data) = page
+        .split_once(r#"<script type="application/json" id="data">"#)
+        .unwrap();
+    let (data, _) = data.split_once("</script>").unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    let result: serde_json::Value = serde_json::from_str(&left.result).unwrap();
+    assert_eq!(data["result"], result);
+    assert_eq!(data["begin"]["planner"], result["planner"]);
+    let looks = data["looks"].as_array().unwrap().len();
+    assert_eq!(looks as u64, result["sensing_actions"].as_u64().unwrap());
+}
+
 /// The page of a campaign: the table's figures, and each trial twice or more as a link to a file that is there.
 #[test]
 fn a_campaign_leaves_a_page_that_leads_to_every_trial() {

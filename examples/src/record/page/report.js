@@ -280,8 +280,9 @@ function dot(p, radius, fill, line) {
   pen.beginPath(); pen.arc(X(p[0]), Y(p[1]), radius, 0, 7); pen.fillStyle = fill; pen.fill();
   if (line) { pen.strokeStyle = line; pen.lineWidth = 1.5; pen.stroke(); }
 }
+const FONT = '12px system-ui, "DejaVu Sans", sans-serif';
 function text(label, x, y, color, { bold = true, align = 'left' } = {}) {
-  pen.font = `${bold ? 'bold ' : ''}12px system-ui, "DejaVu Sans", sans-serif`;
+  pen.font = (bold ? 'bold ' : '') + FONT;
   pen.textAlign = align; pen.lineWidth = 3; pen.strokeStyle = 'rgba(255,255,255,.9)'; pen.lineJoin = 'round';
   pen.strokeText(label, x, y); pen.fillStyle = color; pen.fillText(label, x, y);
   pen.textAlign = 'left';
@@ -409,9 +410,18 @@ function drawFlap() {
   if (on.base) { stroke([...way, here], '#ffffff', 3.4); stroke([...way, here], COLOR.base, 1.6, [6, 4]); dot(begin.start, 7, '#16a34a', '#ffffff'); text('start', X(begin.start[0]) + 10, Y(begin.start[1]) + 4, '#166534'); }
   if (on.frustum && taken.length) frustum(taken[taken.length - 1].view3, begin.robot.range, '#f59e0b', 0.2);
   if (on.looks) taken.forEach((look, k) => { wedge(look.view3, '#1d4ed8', 22); badge(look.view3.p, k + 1, '#1d4ed8'); });
+  const names = [];
   if (on.volumes) for (const [k, v] of begin.volumes.entries()) {
     const share = (taken.length ? taken[taken.length - 1].seen : data.volumesAtStart)[k] || 0;
-    text(`${v.name.replace(/_/g, ' ')} ${fixed(100 * share, 0)} %`, X((v.low[0] + v.high[0]) / 2), Y(v.high[1]) - 5, '#991b1b', { align: 'center' });
+    const label = `${v.name.replace(/_/g, ' ')} ${fixed(100 * share, 0)} %`;
+    pen.font = 'bold ' + FONT;
+    const half = pen.measureText(label).width / 2 + 3, x = X((v.low[0] + v.high[0]) / 2);
+    // On a small map a name stays within it, and stands a line above another that is in its way.
+    const inside = x > 0 && x < map.clientWidth && map.clientWidth > 2 * half;
+    const at = { x: inside ? clamp(x, half, map.clientWidth - half) : x, y: Y(v.high[1]) - 5, half };
+    while (names.some((n) => Math.abs(n.x - at.x) < n.half + half && Math.abs(n.y - at.y) < 14)) at.y -= 14;
+    names.push(at);
+    text(label, at.x, at.y, '#991b1b', { align: 'center' });
   }
   if (taken.length < looks.length || !taken.length) drawRobot([...here, next ? Math.atan2(next.base[1] - here[1], next.base[0] - here[0]) : 0], null);
 }
@@ -613,7 +623,7 @@ function say(parts) {
 function readout() {
   if (flap) {
     const taken = looks.filter((l) => l.t <= now + 1e-6), l = taken[taken.length - 1];
-    say([`look ${taken.length} of ${looks.length}`, `success ${percent(l ? l.probability : 0)}`, ...(l ? [`plan of ${l.planned} views`] : [])]);
+    say([`look ${taken.length} of ${looks.length}`, `success ${percent(l ? l.probability : 0)}`, ...(l ? [`plan of ${l.planned} ${l.planned === 1 ? 'view' : 'views'}`] : [])]);
   } else {
     const p = latest(progress, now);
     say(p ? [p.activity, `explored ${percent(p.explored)}`, `inspected ${percent(p.inspected)}`, `tags ${found.filter((f) => f.t <= now + 1e-6).length} of ${tags.length}`] : []);
