@@ -12,7 +12,7 @@ struct Costs {
 impl Costs {
     fn at(&self, [x, y, z]: Cell) -> Option<u8> {
         let inside = z == 0 && x >= 0 && (x as usize) < self.width && y >= 0;
-        let cell = inside.then_some(x as usize + self.width * y as usize)?;
+        let cell = inside.then(|| x as usize + self.width * y as usize)?;
         self.cells.get(cell).copied()
     }
 }
