@@ -70,7 +70,7 @@ const heightColor = (() => {
 const LAYERS = flap ? [
   ['known', 'known space', '#ffffff', true], ['seen', 'seen by looks', '#86efac', true], ['volumes', 'volumes to search', '#fca5a5', true],
   ['sampled', 'sampled views', '#94a3b8', true], ['looks', 'views in order', '#1d4ed8', true], ['frustum', 'field of view', '#f59e0b', true],
-  ['base', 'base moves', COLOR.base, true], ['scene', 'true walls', '#475569', true],
+  ['base', 'base moves, drawn straight', COLOR.base, true], ['scene', 'true walls', '#475569', true],
 ] : [
   ['known', 'explored', '#ffffff', true], ['surface', 'surface: open, inspected', `linear-gradient(90deg, ${SURFACE.open} 50%, ${SURFACE.inspected} 50%)`, true],
   ['explore', 'exploration frontier', COLOR.explore, true], ['inspect', 'inspection frontier', COLOR.inspect, true],
@@ -423,7 +423,9 @@ function drawFlap() {
     names.push(at);
     text(label, at.x, at.y, '#991b1b', { align: 'center' });
   }
+  if (next) pen.globalAlpha = 0.35 + 0.65 * Math.abs(2 * f - 1) ** 4; // faint where it is not really
   if (taken.length < looks.length || !taken.length) drawRobot([...here, next ? Math.atan2(next.base[1] - here[1], next.base[0] - here[0]) : 0], null);
+  pen.globalAlpha = 1;
 }
 function scaleBar() {
   const meters = [0.5, 1, 2, 5, 10, 20].find((m) => m * camera.scale > 60) || 20, w = meters * camera.scale, x = 14, y = map.clientHeight - 12;
