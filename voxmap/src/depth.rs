@@ -20,7 +20,7 @@ pub struct DepthImage<'a> {
     pub translation: [f64; 3],
     /// Every so many pixels along both axes give a ray, the first from half as many on.
     pub stride: usize,
-    /// Returns nearer than this are left out, m: the robot itself, or noise.
+    /// Returns nearer than this are left out, m: the robot itself, or noise. Zero or more.
     pub nearest: f64,
     /// Depth up to which the rays of pixels without a return are free, m. `None`: they tell nothing, as where glass or black
     /// surfaces swallow the light.
@@ -65,7 +65,7 @@ impl DepthImage<'_> {
     ///
     /// # Errors
     /// [`Error::Image`] for a number of pixels that is no multiple of the width, [`Error::Length`] for focal lengths, a stride
-    /// or a free depth that are not positive and finite, [`Error::Position`] for a camera that is nowhere.
+    /// or a free depth that are not positive and finite and a nearest return that is negative or not finite, [`Error::Position`] for a camera that is nowhere.
     pub fn points(&self) -> Result<DepthPoints, Error> {
         let (pixels, width) = (self.depth.len(), self.width);
         if width == 0 || !pixels.is_multiple_of(width) {
@@ -81,6 +81,15 @@ impl DepthImage<'_> {
         positive("focal[0]", self.focal[0])?;
         positive("focal[1]", self.focal[1])?;
         positive("stride", self.stride as f64)?;
+        // Zero leaves nothing out.
+        positive(
+            "nearest",
+            if self.nearest == 0.0 {
+                1.0
+            } else {
+                self.nearest
+            },
+        )?;
         positive(
             "free_without_return",
             self.free_without_return.unwrap_or(1.0),

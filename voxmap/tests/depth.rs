@@ -123,6 +123,17 @@ fn images_name_their_faults() {
         error(DepthImage { stride: 0, ..good }),
         Error::Length { field, value }
     );
+    let nearest = f64::INFINITY;
+    let (field, value) = ("nearest", nearest);
+    assert_eq!(
+        error(DepthImage { nearest, ..good }),
+        Error::Length { field, value }
+    );
+    let all = DepthImage {
+        nearest: 0.0,
+        ..good
+    };
+    assert!(all.points().is_ok());
     let (field, value) = ("free_without_return", f64::INFINITY);
     let free_without_return = Some(value);
     assert_eq!(

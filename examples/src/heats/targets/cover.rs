@@ -3,6 +3,7 @@
 use super::{Costs, LAST_INCIDENCE, LAST_TARGET, Targets, rate_of, seen};
 use crate::heats::body::{Joints, Whole};
 use crate::heats::glance::Look;
+use crate::heats::pace::Pace;
 use std::collections::{BTreeMap, BTreeSet};
 use viewsample::{Aim, CostModel, Viewpoint};
 
@@ -103,17 +104,10 @@ impl Targets {
             *effort += spent;
             near.extend(aimed);
         }
-        let pace = self.pace;
+        let seconds = between(whole, self.pace, &near);
         let (chosen, spent) = self
             .sampler
-            .cover_by_rate(before, &near, MOST, self.threshold(), STAY, |from, to| {
-                let Some(from) = from else {
-                    return near[to].seconds;
-                };
-                let (a, b) = (&near[from], &near[to]);
-                let way = meters(whole, &a.base, &b.base);
-                pace.seconds(way, (&a.base, &a.state), (&b.base, &b.state))
-            })
+            .cover_by_rate(before, &near, MOST, self.threshold(), STAY, seconds)
             .map_err(|e| e.to_string())?;
         *effort += spent;
         let most = chosen.iter().map(|c| c.1.info).fold(0.0, f64::max);
@@ -133,6 +127,7 @@ impl Targets {
         Ok(kept)
     }
 
+    /// Largest incidence of the last tries, rad; none for the published rule.
     pub(super) fn last_incidence(&self) -> Option<f64> {
         let usual = self.sampler.params().max_incidence;
         usual.map(|most| (most + LAST_INCIDENCE).min(MOST_INCIDENCE))
@@ -192,14 +187,7 @@ impl Targets {
                         MOST,
                         aim.threshold,
                         STAY,
-                        |from, to| {
-                            let Some(from) = from else {
-                                return views[to].seconds;
-                            };
-                            let (a, b) = (&views[from], &views[to]);
-                            let way = meters(whole, &a.base, &b.base);
-                            pace.seconds(way, (&a.base, &a.state), (&b.base, &b.state))
-                        },
+                        between(whole, pace, &views),
                     )?;
                     effort += spent;
                     let views: Vec<_> = chosen.iter().map(|c| views[c.0].clone()).collect();
@@ -251,6 +239,22 @@ impl Targets {
             }
         }
         Ok((found.views, found.effort))
+    }
+}
+
+/// Seconds from one of the views, or from where the robot is (`None`), to another.
+fn between<'a>(
+    whole: &'a Whole<'a>,
+    pace: Pace,
+    views: &'a [Viewpoint<Joints>],
+) -> impl FnMut(Option<usize>, usize) -> f64 + 'a {
+    move |from, to| {
+        let Some(from) = from else {
+            return views[to].seconds;
+        };
+        let (a, b) = (&views[from], &views[to]);
+        let way = meters(whole, &a.base, &b.base);
+        pace.seconds(way, (&a.base, &a.state), (&b.base, &b.state))
     }
 }
 

@@ -149,6 +149,7 @@ impl CostModel<Joints> for Costs<'_> {
     }
 }
 
+/// Frontier cells in sight of a view; none for poses that are not finite.
 fn seen(sampler: &Sampler<Joints>, base: [f64; 3], camera: &Pose) -> Vec<Cell> {
     let seen = sampler.seen_from(base, camera);
     seen.map_or_else(|_| Vec::new(), |s| [s.exploration, s.inspection].concat())
