@@ -221,6 +221,7 @@ fn runs_do_not_depend_on_threads() {
                     sigma: 0.01,
                     dropout: 0.05,
                     seed: 7,
+                    ..Noise::default()
                 },
             );
             let mut log = Vec::new();
@@ -259,6 +260,7 @@ fn noise_has_the_asked_figures() {
             sigma: 0.01,
             dropout: 0.1,
             seed: 3,
+            ..Noise::default()
         },
     );
     // Looking along +x from 2 m before the wall; level rows see it at depth 1.9.

@@ -128,6 +128,7 @@ impl<'a> Rig<'a> {
             sigma: settings.map.range_noise,
             dropout: settings.map.dropout,
             seed: settings.seed.wrapping_mul(2).wrapping_add(stream),
+            ..Noise::default()
         };
         // The simulator wants a LiDAR; nobody asks it for a scan.
         let lidar = Lidar::new(
@@ -362,6 +363,7 @@ impl<'a> Rig<'a> {
             views_reached: self.views_reached,
             brakes: self.controller.brakes,
             planning_time_s: self.account.charged(),
+            faults: Vec::new(),
             progress: self.progress,
             settings: self.settings.to_toml(),
             wall: Wall {

@@ -8,18 +8,24 @@ mod body;
 mod control;
 mod decision;
 mod failures;
+mod fault;
 mod glance;
 mod mapping;
 mod motion;
 mod pace;
 mod search;
 mod settings;
+mod start;
 mod targets;
 
 pub use body::{Exact, Joints, Whole};
 pub use control::Controller;
 pub use decision::{Considered, Stand, Ways, decide};
 pub use failures::Failures;
+pub use fault::{
+    BudgetFault, BudgetStage, DoorFault, FaultSettings, LocalisationFault, PersonFault,
+    SilenceFault, SilentSensor,
+};
 pub use mapping::Mapper;
 pub use motion::{BodyPath, Failure, MotionParams};
 pub(crate) use motion::{STEP, is_clear, plan_arm, plan_base};
@@ -31,4 +37,5 @@ pub use settings::{
     DecisionSettings, FrontierSettings, MapSettings, MotionSettings, Planner, PlanningTime,
     Sensors, Settings, SettingsError, ViewSettings,
 };
+pub use start::StartSettings;
 pub use targets::{Choice, Targets};

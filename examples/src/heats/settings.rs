@@ -3,6 +3,8 @@
 //! A config file is this struct as TOML; `--set views.motion_decay=0.4` sets one field. Unknown names fail. What a file leaves out
 //! has the value of its `planner`.
 
+use super::fault::FaultSettings;
+use super::start::StartSettings;
 use crate::tree::{assign, overlay};
 use serde::{Deserialize, Serialize};
 
@@ -79,6 +81,12 @@ pub struct Settings {
     pub decision: DecisionSettings,
     /// Whole-body paths and control.
     pub motion: MotionSettings,
+    /// Where the run begins, if not as ever.
+    #[serde(skip_serializing_if = "StartSettings::is_usual")]
+    pub start: StartSettings,
+    /// What goes wrong on purpose.
+    #[serde(skip_serializing_if = "FaultSettings::is_none")]
+    pub fault: FaultSettings,
 }
 
 /// Sensing and mapping. Defaults: HEATS table I and the sensors' data sheets.
@@ -493,6 +501,8 @@ impl Settings {
         let band = |field, (low, high): (f64, f64)| {
             check(low < high, field, low, "below the upper end of its band")
         };
+        self.start.validate()?;
+        self.fault.validate()?;
         if let Some(limit) = self.time_limit {
             not_negative("time_limit", limit)?;
         }

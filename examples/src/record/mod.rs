@@ -30,7 +30,9 @@ pub use html::{Html, REPORT_FILE};
 pub use json_lines::{JsonLines, RECORD_FILE, ReadError, read};
 pub use recorder::{Both, Memory, Recorder, Silent};
 pub use replay::{ReportError, rebuild, replay};
-pub use result::{Ended, GivenUp, Progress, RunResult, SCHEMA, StageMs, TargetFound, Wall};
+pub use result::{
+    Ended, FaultNote, GivenUp, Progress, RunResult, SCHEMA, StageMs, TargetFound, Wall,
+};
 pub use ros::{TRACE_FILE, Trace as RosTrace};
 pub use still::still;
 pub use table::closing_table;

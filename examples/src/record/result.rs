@@ -50,6 +50,15 @@ pub struct GivenUp {
     pub time_s: f64,
 }
 
+/// Something that was made to go wrong.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FaultNote {
+    /// Simulated time, s.
+    pub time_s: f64,
+    /// What, in words.
+    pub what: String,
+}
+
 /// One sample of the coverage-over-time curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
@@ -141,6 +150,9 @@ pub struct RunResult {
     pub brakes: usize,
     /// Planner time charged to the simulated clock, s.
     pub planning_time_s: f64,
+    /// What was made to go wrong and did, in order; absent from the file where nothing was.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<FaultNote>,
     /// Coverage over time, one sample a simulated second.
     pub progress: Vec<Progress>,
     /// Settings of the run as TOML text.

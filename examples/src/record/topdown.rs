@@ -144,6 +144,18 @@ pub(super) fn draw_moment(
             points.trim_end()
         );
     }
+    for outline in &trace.intruders {
+        let points: Vec<String> = outline
+            .corners
+            .iter()
+            .map(|p| format!("{:.1},{:.1}", x(p[0]), y(p[1])))
+            .collect();
+        let _ = writeln!(
+            svg,
+            r##"<polygon points="{}" fill="#f97316" fill-opacity="0.6" stroke="#c2410c" stroke-width="1.5" stroke-dasharray="4 2"/>"##,
+            points.join(" ")
+        );
+    }
     way(&mut svg, trace, end, &x, &y);
     tags(&mut svg, ground, found, &x, &y);
     legend(&mut svg, caption, end, plan_height + 2.0 * BORDER, width);

@@ -1,5 +1,7 @@
 //! What a run leaves behind for pictures: the way of the robot and its last map.
 
+use super::topdown::Outline;
+
 /// One sample of the robot's way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
@@ -57,6 +59,8 @@ pub struct Trace {
     pub samples: Vec<Sample>,
     /// Reached viewpoints.
     pub stops: Vec<Stop>,
+    /// Solids that came while the run was under way.
+    pub intruders: Vec<Outline>,
     /// The last map, if the run got that far.
     pub map: Option<MapLayer>,
 }

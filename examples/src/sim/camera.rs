@@ -43,6 +43,8 @@ pub struct DepthCamera {
     length: Vec<f32>,
     depth: Vec<f32>,
     disturbance: Disturbance,
+    /// Measured ranges, where there are outliers.
+    measured: Vec<f32>,
     scan: PointScan,
 }
 
@@ -65,6 +67,7 @@ impl DepthCamera {
             length,
             depth: vec![0.0; width * height],
             disturbance: Disturbance::new(noise, 2),
+            measured: Vec::new(),
             scan: PointScan {
                 max_range: model.max_range,
                 ..PointScan::default()
@@ -113,10 +116,24 @@ impl DepthCamera {
         self.scan.hits.clear();
         self.scan.misses.clear();
         let perfect = self.disturbance.is_off();
+        let wild = self.disturbance.has_outliers();
+        if wild {
+            self.measured.clear();
+            self.measured
+                .extend(self.depth.iter().zip(&self.length).map(|(d, l)| d * l));
+            self.disturbance
+                .falsify(&mut self.measured, (min, max), width, false);
+        }
         for (i, (&depth, &length)) in self.depth.iter().zip(&self.length).enumerate() {
             let mut range = depth * length;
             let mut depth = f64::from(depth);
-            if !perfect {
+            if wild {
+                range = self.measured[i];
+                if range.is_nan() {
+                    continue;
+                }
+                depth = f64::from(range / length);
+            } else if !perfect {
                 let Some(factor) = self.disturbance.factor() else {
                     continue;
                 };

@@ -145,6 +145,15 @@ impl TagDetector {
         &self.found[before..]
     }
 
+    /// Notes that images were missed: what the last one showed does not count as the first of two in a row.
+    pub fn interrupt(&mut self) {
+        for streak in &mut self.streak {
+            if *streak < self.camera.frames {
+                *streak = 0;
+            }
+        }
+    }
+
     /// Everything found so far, in order of detection.
     pub fn found(&self) -> &[Detection] {
         &self.found

@@ -75,6 +75,8 @@ pub struct Lidar {
     /// Solids that are not upright, with their columns.
     others: Vec<Vec<u32>>,
     disturbance: Disturbance,
+    /// Measured ranges, rings of one elevation, where there are outliers.
+    measured: Vec<f32>,
     scan: PointScan,
 }
 
@@ -99,6 +101,7 @@ impl Lidar {
             slices: vec![Vec::new(); columns],
             others: vec![Vec::new(); columns],
             disturbance: Disturbance::new(noise, 1),
+            measured: Vec::new(),
             scan: PointScan {
                 max_range: model.max_range,
                 ..PointScan::default()
@@ -299,13 +302,31 @@ impl Lidar {
         self.scan.hits.clear();
         self.scan.misses.clear();
         let perfect = self.disturbance.is_off();
+        let wild = self.disturbance.has_outliers();
+        if wild {
+            self.measured.clear();
+            for row in 0..self.rows {
+                self.measured.extend(
+                    (0..self.columns).map(|c| self.reach[c * self.stride + row] * self.secant[row]),
+                );
+            }
+            self.disturbance
+                .falsify(&mut self.measured, (min, max), self.columns, true);
+        }
         for column in 0..self.columns {
             let (sin, cos) = self.azimuth(column, base[2]).sin_cos();
             let reach = &self.reach[column * self.stride..][..self.rows];
             for row in 0..self.rows {
                 let mut range = reach[row] * self.secant[row];
                 let mut along = f64::from(reach[row]);
-                if !perfect {
+                if wild {
+                    let measured = self.measured[row * self.columns + column];
+                    if measured.is_nan() {
+                        continue;
+                    }
+                    range = measured;
+                    along = f64::from(measured / self.secant[row]);
+                } else if !perfect {
                     let Some(factor) = self.disturbance.factor() else {
                         continue;
                     };

@@ -305,6 +305,24 @@ impl<K: Kinematics> Simulator<K> {
         &self.world
     }
 
+    /// Distance from the robot to another world, m; `up_to` when nothing is nearer.
+    pub(crate) fn room_in(&self, world: &World, up_to: f64) -> f64 {
+        world.clearance(&self.body, up_to).distance
+    }
+
+    /// Changes the world around the robot, and counts how near it then is.
+    pub(crate) fn change<T>(&mut self, change: impl FnOnce(&mut World) -> T) -> T {
+        let changed = change(&mut self.world);
+        let distance = self.room_in(&self.world, self.tally.min_clearance);
+        self.tally.min_clearance = self.tally.min_clearance.min(distance);
+        changed
+    }
+
+    /// Notes that RGB images that were due did not come.
+    pub fn miss_image(&mut self) {
+        self.detector.interrupt();
+    }
+
     /// Pose of the camera.
     pub fn camera(&self) -> &CameraPose {
         &self.camera

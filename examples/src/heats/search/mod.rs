@@ -1,5 +1,6 @@
 //! The run: sense, decide, move, until nothing is left to see.
 
+mod faults;
 mod moves;
 mod outcome;
 mod setup;
@@ -9,6 +10,7 @@ use crate::clock::{Account, Lap, Planning, Stage, Stopwatch};
 use crate::heats::body::{Exact, Joints, Whole};
 use crate::heats::control::Controller;
 use crate::heats::failures::Failures;
+use crate::heats::fault::BudgetStage;
 use crate::heats::glance;
 use crate::heats::mapping::Mapper;
 use crate::heats::motion::{
@@ -22,11 +24,12 @@ use crate::record::{
     Stop, TargetFound, Trace, Wall,
 };
 use crate::report::Status;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneError};
 use crate::sim::{
     DepthCamera, DepthModel, GroundTruth, Lidar, LidarModel, MotionLimits, Noise, Simulator, TICK,
     TagCamera, TagDetector, World,
 };
+use faults::Faults;
 use hybrid_astar::{GoalYaw, Limits, Planner};
 pub(crate) use outcome::map_layer;
 use robots::{BodyState, MobileManipulator};
@@ -80,6 +83,9 @@ pub enum HeatsError {
     /// The ground truth cannot be made.
     #[error("ground truth: {0}")]
     Truth(#[from] crate::sim::GroundTruthError),
+    /// The start set in place of the scene's is none.
+    #[error("start.base: {0}")]
+    Scene(#[from] SceneError),
     /// The robot cannot stand at its start.
     #[error("start: {0}")]
     Start(#[from] crate::sim::StartError),
@@ -160,6 +166,8 @@ pub fn run_recorded(
 ) -> Result<Run, HeatsError> {
     settings.validate()?;
     let lap = Lap::start();
+    let moved = settings.start.scene(scene)?;
+    let scene = moved.as_ref().unwrap_or(scene);
     let mut search = Search::new(scene, settings, recorder)?;
     let ended = search.go(stop, progress)?;
     Ok(search.finish(ended, lap))
@@ -206,6 +214,8 @@ struct Search<'a> {
     time_limit: f64,
     /// Where all that happens is told.
     tap: Tap<'a>,
+    /// What goes wrong on purpose.
+    faults: Faults,
 }
 
 fn whole<'a>(robot: &'a MobileManipulator, mapper: &'a Mapper, settings: &Settings) -> Whole<'a> {
@@ -238,7 +248,7 @@ impl<'a> Search<'a> {
         stop: &AtomicBool,
         progress: &mut dyn FnMut(&Status<'_>),
     ) -> Result<Ended, HeatsError> {
-        let state = *self.sim.state();
+        let state = self.state();
         let body: Vec<Ball> = self
             .robot
             .spheres(&BodyState {
@@ -264,6 +274,7 @@ impl<'a> Search<'a> {
             if now >= self.time_limit - 1e-9 {
                 return Ok(Ended::TimeLimit);
             }
+            self.disturb(now);
             let imaged = self.sense()?;
             if ticks.is_multiple_of(every(SAMPLE_PERIOD)) {
                 self.sample(now);
@@ -271,26 +282,37 @@ impl<'a> Search<'a> {
             if ticks.is_multiple_of(every(1.0)) {
                 self.tell(now, progress);
             }
-            if imaged && self.think(now)? {
+            let blind = self.stands_blind(now);
+            if imaged && !blind && self.think(now)? {
                 return Ok(Ended::Complete);
             }
-            if ticks.is_multiple_of(control) {
+            if ticks.is_multiple_of(control) && !blind {
                 self.control(now)?;
             }
             let command = self.controller.tick(self.sim.state());
             let lap = Lap::start();
             self.sim.step(&command);
             self.watch.stop(Stage::Simulator, lap);
+            if let Some(drift) = &mut self.faults.drift {
+                drift.advance();
+            }
         }
     }
 
     /// Takes in the measurements that fall due. True if an image came.
     fn sense(&mut self) -> Result<bool, HeatsError> {
-        let due = self.sim.due();
+        let (asked, now) = (self.sim.due(), self.sim.time());
+        let due = self.faults.delivered(asked, now);
+        if asked.rgb && !due.rgb {
+            // The next image is not one of two in a row.
+            self.sharp = false;
+            self.was_steady = false;
+            self.sim.miss_image();
+        }
         if !(due.lidar || due.depth || due.rgb) {
             return Ok(false);
         }
-        let state = *self.sim.state();
+        let state = self.state();
         let body: Vec<Ball> = self
             .robot
             .spheres(&BodyState {
@@ -304,6 +326,7 @@ impl<'a> Search<'a> {
                 radius: s.radius,
             })
             .collect();
+        let base = self.sim.state().base;
         let both = self.settings.sensors == Sensors::Both;
         let lap = Lap::start();
         if due.lidar && due.depth && both {
@@ -312,15 +335,21 @@ impl<'a> Search<'a> {
         self.watch.stop(Stage::Simulator, lap);
         let lap = Lap::start();
         if due.lidar && both {
-            let now = self.sim.time();
             let scan = self.sim.scan();
+            let scan = match &mut self.faults.drift {
+                None => scan,
+                Some(drift) => drift.scan(&base, scan),
+            };
             self.tap.scan(now, "lidar", scan);
             self.mapper
                 .integrate(scan.origin, &scan.hits, &scan.misses, scan.max_range, &body)?;
         }
         if due.depth {
-            let now = self.sim.time();
             let image = self.sim.image();
+            let image = match &mut self.faults.drift {
+                None => image,
+                Some(drift) => drift.scan(&base, image),
+            };
             if !both {
                 self.tap.scan(now, "depth", image);
             }
@@ -338,7 +367,7 @@ impl<'a> Search<'a> {
             self.sharp = std::mem::replace(&mut self.was_steady, steady) && steady;
         }
         if due.rgb {
-            let (rotation, translation) = *self.sim.camera();
+            let (rotation, translation) = self.camera();
             let camera = Camera {
                 rotation,
                 translation,
@@ -383,8 +412,11 @@ impl<'a> Search<'a> {
                     self.arrive(now);
                     if let Some(pending) = &mut self.pending {
                         pending.ahead = false;
-                        self.refresh()?;
-                        self.settle(now)?;
+                        if self.refresh(now)? {
+                            self.settle(now)?;
+                        } else {
+                            self.arrived = None;
+                        }
                         self.start_pending(now);
                         return Ok(false);
                     }
@@ -392,7 +424,7 @@ impl<'a> Search<'a> {
                     self.strike(now, "the robot did not get there");
                 } else if !self.is_still_clear(follow) {
                     self.activity = "replanning: path blocked";
-                    let here = self.sim.state().base;
+                    let here = self.state().base;
                     let stands = self
                         .blocked_at
                         .replace(here)
@@ -410,7 +442,7 @@ impl<'a> Search<'a> {
                 } else if now < self.next_decision {
                     return Ok(false);
                 } else {
-                    self.refresh()?;
+                    self.refresh(now)?;
                     if self.is_worth_going() {
                         self.next_decision = now + self.settings.decision.period;
                         return Ok(false);
@@ -450,7 +482,7 @@ impl<'a> Search<'a> {
 
     /// Whether the camera is where the path ends and has taken a sharp image there (G item 44).
     fn has_arrived(&self, follow: &Follow) -> bool {
-        let (rotation, translation) = self.sim.camera();
+        let (rotation, translation) = self.camera();
         let wanted = &follow.camera;
         let off: f64 = (0..3)
             .map(|a| (translation[a] - wanted.translation[a]).powi(2))
@@ -466,7 +498,7 @@ impl<'a> Search<'a> {
 
     /// Whether the rest of the path keeps out of what the map shows now, or at least goes no deeper into it than the robot is.
     fn is_still_clear(&self, follow: &Follow) -> bool {
-        let state = self.sim.state();
+        let state = self.state();
         let whole = self.whole();
         let now = whole.room(state.base, &state.joints);
         is_clear(&whole, &follow.path, follow.time, now.min(0.0) - SLACK)
@@ -535,14 +567,18 @@ impl<'a> Search<'a> {
         let lap = Lap::start();
         self.next_decision = now + self.settings.decision.period;
         self.mapper.segment(now)?;
-        let state = *self.sim.state();
+        let state = self.state();
         let from = Departure {
             base: state.base,
             joints: state.joints,
             speed: if state.v.abs() < 0.02 { 0.0 } else { state.v },
         };
-        self.refresh()?;
-        self.settle(now)?;
+        if self.refresh(now)? {
+            self.settle(now)?;
+        } else {
+            self.arrived = None;
+            return Ok(false);
+        }
         let outcome = self.choose(now, &from, &[])?;
         self.decisions += 1;
         self.record_decision(now, &outcome, false);
@@ -578,7 +614,9 @@ impl<'a> Search<'a> {
             speed: 0.0,
         };
         self.mapper.segment(now)?;
-        self.refresh()?;
+        if !self.refresh(now)? {
+            return Ok(());
+        }
         let outcome = self.choose(now, &from, &before)?;
         self.decisions += 1;
         self.record_decision(now, &outcome, true);
@@ -588,12 +626,16 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Brings frontiers and libraries up to date with the map.
-    fn refresh(&mut self) -> Result<(), HeatsError> {
+    /// Brings frontiers and libraries up to date with the map. False if that ran out of its budget.
+    fn refresh(&mut self, now: f64) -> Result<bool, HeatsError> {
+        if self.faults.runs_out(BudgetStage::Frontier, now) {
+            return Ok(false);
+        }
         let whole = whole(&self.robot, &self.mapper, self.settings);
         self.targets
             .update(&whole, &self.failures, &mut self.watch)
-            .map_err(HeatsError::Planner)
+            .map_err(HeatsError::Planner)?;
+        Ok(true)
     }
 
     /// Gives up what a view that was reached still promises: it does not come from there.
@@ -601,8 +643,8 @@ impl<'a> Search<'a> {
         let Some(reached) = self.arrived.take() else {
             return Ok(());
         };
-        let base = self.sim.state().base;
-        let (rotation, translation) = *self.sim.camera();
+        let base = self.state().base;
+        let (rotation, translation) = self.camera();
         let camera = Pose {
             rotation,
             translation,
@@ -630,6 +672,9 @@ impl<'a> Search<'a> {
         from: &Departure,
         before: &[glance::Look],
     ) -> Result<Outcome, HeatsError> {
+        if self.faults.runs_out(BudgetStage::Decision, now) {
+            return Ok(Outcome::Wait);
+        }
         // Where the robot comes to rest when it brakes now.
         let stop = from.speed * from.speed.abs() / (2.0 * self.motion_params.base.a);
         let rest = [
@@ -654,9 +699,17 @@ impl<'a> Search<'a> {
 
     /// One control step along the path, if there is one.
     fn control(&mut self, now: f64) -> Result<(), HeatsError> {
+        if self.faults.runs_out(BudgetStage::Control, now) {
+            self.hold(now);
+            return Ok(());
+        }
         let mut motion = std::mem::replace(&mut self.motion, Motion::Rest);
         if let Motion::Follow(follow) = &mut motion {
-            let state = *self.sim.state();
+            let state = self
+                .faults
+                .drift
+                .as_ref()
+                .map_or(*self.sim.state(), |drift| drift.state(self.sim.state()));
             let (base, joints) = follow.path.at(follow.time);
             let lag = (base[0] - state.base[0]).hypot(base[1] - state.base[1]);
             let turn = (0..6)

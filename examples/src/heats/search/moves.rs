@@ -5,6 +5,8 @@ use super::*;
 /// A whole-body path, the camera's pose at its end, and what planning it took: nodes expanded, looks and samples.
 type Planned = (BodyPath, Pose, (usize, usize));
 
+/// Time after which planning that ran out of its budget is tried again, s.
+const AGAIN: f64 = 0.5;
 /// Time that any way takes beyond its own, s.
 const SETTING_OUT: f64 = 0.3;
 
@@ -13,7 +15,7 @@ impl Search<'_> {
     /// turn, the shoulder does. Without a LiDAR the arm knows nothing beside it, so the camera first turns level, where it is,
     /// and is lowered for the way back.
     pub(super) fn look_around(&mut self, now: f64) {
-        let state = *self.sim.state();
+        let state = self.state();
         let whole = self.whole();
         let turns = (0..36).all(|i| {
             let yaw = state.base[2] + f64::from(i) * std::f64::consts::TAU / 36.0;
@@ -93,6 +95,7 @@ impl Search<'_> {
         } else {
             "driving to a view"
         };
+        self.faults.spent = false;
         match self.plan_best(now, &choice, &from) {
             Ok((choice, (path, camera, operations))) => {
                 self.targets.set_out(&choice);
@@ -125,6 +128,14 @@ impl Search<'_> {
             Err(_) if ahead => {
                 self.account
                     .charge(now, self.targets.counted, lap.seconds());
+            }
+            // No fault of the place: it is asked for again.
+            Err(_) if self.faults.spent => {
+                self.account
+                    .charge(now, self.targets.counted, lap.seconds());
+                self.activity = "planning ran out of its budget";
+                self.rest();
+                self.next_decision = now + AGAIN;
             }
             Err(Failure(reason)) => {
                 self.targets.set_out(&choice);
@@ -190,6 +201,10 @@ impl Search<'_> {
         let mut tried: Result<(BodyPath, Pose), Failure> = Err(Failure("no way was tried".into()));
         let mut effort = (0, 0);
         for yaw in [GoalYaw::Free, GoalYaw::Fixed(choice.base[2])] {
+            if self.faults.runs_out(BudgetStage::BasePath, now) {
+                tried = Err(Failure("base path: out of budget".into()));
+                continue;
+            }
             let (base, _) = watch.time(Stage::BasePath, || {
                 plan_base(
                     planner,
@@ -209,6 +224,10 @@ impl Search<'_> {
                 }
             };
             effort.0 += base.expansions;
+            if self.faults.runs_out(BudgetStage::ArmPath, now) {
+                tried = Err(Failure("arm path: out of budget".into()));
+                continue;
+            }
             let lap = Lap::start();
             let stance = stances(
                 &whole,

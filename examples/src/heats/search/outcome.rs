@@ -116,6 +116,7 @@ impl Search<'_> {
             views_reached: self.views_reached,
             brakes: self.controller.brakes,
             planning_time_s: self.account.charged(),
+            faults: std::mem::take(&mut self.faults.notes),
             progress: std::mem::take(&mut self.progress),
             settings: self.settings.to_toml(),
             wall: Wall {

@@ -119,6 +119,7 @@ impl<'a> Search<'a> {
         let noise = |stream: u64| Noise {
             sigma: settings.map.range_noise,
             dropout: settings.map.dropout,
+            outliers: settings.fault.outliers,
             seed: settings.seed.wrapping_mul(2).wrapping_add(stream),
         };
         let lidar = Lidar::new(
@@ -142,7 +143,7 @@ impl<'a> Search<'a> {
             limits,
             (lidar, depth, detector),
             start,
-            postures[0].joints,
+            settings.start.joints.unwrap_or(postures[0].joints),
         )?;
         let planning = match settings.planning_time {
             PlanningTime::Counted => Planning::Counted,
@@ -187,6 +188,7 @@ impl<'a> Search<'a> {
             camera_down: postures.get(3).map_or(postures[0].joints, |p| p.joints),
             time_limit: settings.time_limit.unwrap_or(l.time_limit),
             tap,
+            faults: Faults::new(settings),
             robot,
         })
     }
