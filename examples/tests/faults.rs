@@ -245,7 +245,7 @@ fn outliers_are_drawn_and_all_but_a_few_are_dropped() {
         let lost = 1.0 - count(wild) / count(clean);
         // One in a hundred is an outlier; some rays beside one or at a corner go with it.
         assert!((0.008..0.05).contains(&lost), "{span}: {lost}");
-        // 5 cm is what an outlier that looks like its surface may be off.
+        // At 10 m an outlier that lies 7 cm off its surface looks like it.
         let share = strays(&world, wild, 0.15) as f64 / count(clean);
         assert!(share < 0.0003, "{span}: {share}");
         assert_eq!(strays(&world, clean, 0.15), 0);

@@ -60,9 +60,9 @@ mod tests {
     fn a_lone_return_goes_and_its_neighbours_stay() {
         // A floor seen at a flat angle: rows differ by half a metre, columns not at all.
         let mut range: Vec<f32> = (0..7 * 9).map(|i| 2.0 + 0.5 * (i / 9) as f32).collect();
-        assert!(kept(&range, 9, false).iter().all(|k| *k));
+        assert!(kept(&range, 9, true).iter().all(|k| *k));
         range[3 * 9 + 4] = 1.1;
-        let keep = kept(&range, 9, false);
+        let keep = kept(&range, 9, true);
         assert!(!keep[3 * 9 + 4]);
         assert_eq!(keep.iter().filter(|k| !**k).count(), 1, "{keep:?}");
     }
