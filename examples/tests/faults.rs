@@ -2,7 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use seekplan::heats::{self, HeatsError, Settings, SettingsError};
-use seekplan::record::RunResult;
+use seekplan::record::{Ended, RunResult};
 use seekplan::scene::{BoxShape, Scene};
 use seekplan::sim::{
     DepthCamera, DepthModel, Lidar, LidarModel, Noise, PointScan, TagCamera, World,
@@ -144,6 +144,17 @@ fn a_search_survives_a_wrong_pose() {
     assert!(result.base_path_m > 0.3 && result.explored_fraction > 0.5);
     // The error changes the run: it is not the usual one.
     assert!(result.base_path_m != usual().base_path_m);
+}
+
+/// Taken for what they seem, noisy returns fill the space around the robot, which then stands and believes all seen after 9 s.
+#[test]
+fn noise_and_outliers_do_not_fill_the_room() {
+    let result = run(12.0, &["map.range_noise=0.01", "fault.outliers=0.01"]);
+    assert_eq!(result.ended, Ended::TimeLimit);
+    assert!(result.given_up.is_empty(), "{:?}", result.given_up);
+    assert!(result.base_path_m > 0.3, "{}", result.base_path_m);
+    assert!(result.explored_fraction > 0.95);
+    assert!(result.brakes <= 5, "{}", result.brakes);
 }
 
 #[test]

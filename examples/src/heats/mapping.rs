@@ -1,5 +1,6 @@
 //! The map manager: fuses scans and images, and keeps every layer that planning reads up to date.
 
+use super::returns::Returns;
 use super::settings::Settings;
 use crate::scene::Scene;
 use voxmap::{
@@ -9,6 +10,8 @@ use voxmap::{
 
 /// Free area that must have changed before regions are segmented again, m2.
 const REGION_AREA: f64 = 1.0;
+/// Largest probability of a miss with noisy sensors (OctoMap's): what a stray return filled is free again after nine looks, not 70.
+const NOISY_MISS: f64 = 0.4;
 /// Shortest time between two segmentations, s.
 const REGION_PERIOD: f64 = 2.0;
 
@@ -30,6 +33,8 @@ pub struct Mapper {
     target: f64,
     grazing_guard: Option<GrazingGuard>,
     hit_depth: f64,
+    /// For noisy sensors alone.
+    returns: Option<Returns>,
     region_params: RegionParams,
     segmented_at: f64,
     free_cells: usize,
@@ -48,7 +53,11 @@ impl Mapper {
             high: scene.bounds.max,
             sensor: SensorModel {
                 hit: m.hit,
-                miss: m.miss,
+                miss: if m.range_noise > 0.0 {
+                    m.miss.min(NOISY_MISS)
+                } else {
+                    m.miss
+                },
                 min: m.clamp.0,
                 max: m.clamp.1,
                 ..SensorModel::default()
@@ -74,6 +83,8 @@ impl Mapper {
             target: m.target,
             grazing_guard: m.grazing_guard.then(GrazingGuard::default),
             hit_depth: m.hit_depth,
+            returns: (m.range_noise > 0.0)
+                .then(|| Returns::new(m.range_noise, map.cell_size(), scene.floor_z)),
             region_params: RegionParams {
                 tau: settings.decision.tau,
                 ..RegionParams::default()
@@ -103,6 +114,10 @@ impl Mapper {
         max_range: f64,
         body: &[Ball],
     ) -> Result<(), voxmap::Error> {
+        let (hits, misses) = match &mut self.returns {
+            None => (hits, misses),
+            Some(returns) => returns.sort(origin, hits, misses),
+        };
         self.map.insert(&Scan {
             origin,
             hits,

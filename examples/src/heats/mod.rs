@@ -13,6 +13,7 @@ mod glance;
 mod mapping;
 mod motion;
 mod pace;
+mod returns;
 mod search;
 mod settings;
 mod start;

@@ -124,7 +124,8 @@ pub struct MapSettings {
     /// Whether rays that scrape along a surface are kept from erasing it: each voxel that turns free and occupied again is to be
     /// inspected again.
     pub grazing_guard: bool,
-    /// Standard deviation of range noise as a share of the range; 0 is a perfect sensor.
+    /// Standard deviation of range noise as a share of the range; 0 is a perfect sensor. With any, `miss` is 0.4 at most, returns
+    /// near the floor are the floor's, and those that scatter by more than a quarter of a cell only free what lies before them.
     pub range_noise: f64,
     /// Share of rays that return nothing by chance.
     pub dropout: f64,
