@@ -32,7 +32,7 @@ impl Covered {
             let (known_e, known_i) = self.0.get(word).copied().unwrap_or_default();
             lidar += (l & !known_e).count_ones();
             extra += (e & !known_e).count_ones();
-            inspection += (i & !known_i).count_ones();
+            inspection += sampler.world().worth(word, i & !known_i);
         }
         sampler.gain_of(lidar, extra, inspection)
     }
@@ -191,10 +191,10 @@ impl<S: Clone> Sampler<S> {
         camera: &Pose,
     ) -> Result<Gain, Error> {
         let (mut lidar, mut extra, mut inspection) = (0, 0, 0);
-        for (_, [l, e, i]) in self.sight_sharing(shared, base, camera)? {
+        for (word, [l, e, i]) in self.sight_sharing(shared, base, camera)? {
             lidar += l.count_ones();
             extra += e.count_ones();
-            inspection += i.count_ones();
+            inspection += self.world().worth(word, i);
         }
         Ok(self.gain_of(lidar, extra, inspection))
     }
@@ -221,8 +221,12 @@ impl<S: Clone> Sampler<S> {
                 cells[1] |= i;
             })?;
         }
-        let count = |k: usize| seen.values().map(|cells| cells[k].count_ones()).sum();
-        Ok(self.gain_of(count(0), 0, count(1)))
+        let (mut exploration, mut inspection) = (0, 0);
+        for (word, [e, i]) in seen {
+            exploration += e.count_ones();
+            inspection += self.world().worth(word, i);
+        }
+        Ok(self.gain_of(exploration, 0, inspection))
     }
 
     /// Greedy cover: of the views given, the one of most information, then again and again the one that adds most to those

@@ -11,7 +11,8 @@ use crate::{Frustum, Lidar, Pose};
 pub struct Gain {
     /// Exploration frontier voxels seen by the LiDAR or the depth camera: the size of the union.
     pub exploration: u32,
-    /// Inspection frontier voxels seen by the colour camera.
+    /// Inspection frontier voxels seen by the colour camera, those with level faces as often as
+    /// [`Params::level_weight`](crate::Params::level_weight) says.
     pub inspection: u32,
     /// G_info: the two counts, weighted.
     pub info: f64,

@@ -494,9 +494,9 @@ impl Library {
         let known = self.known(context, b);
         let (has_lidar, known) = (known.is_some(), known.map_or(&[][..], |k| k.1));
         let (mut extra, mut inspection) = (0, 0);
-        let add = |_, e: u64, i: u64| {
+        let add = |word, e: u64, i: u64| {
             extra += e.count_ones();
-            inspection += i.count_ones();
+            inspection += world.worth(word, i);
         };
         let look = self.candidates[index].look;
         if look == Look::Open {

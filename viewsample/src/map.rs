@@ -28,7 +28,8 @@ pub trait Map {
     /// order -x, +x, -y, +y, -z, +z. A map that inspects whole voxels says "all".
     ///
     /// With [`Params::max_incidence`](crate::Params::max_incidence) an inspection voxel counts as seen only if one of its open
-    /// faces is: the eye is on its outer side, steep enough, and has the free cell in front of it in sight.
+    /// faces is: the eye is on its outer side, steep enough (from a top or an underside as if it lay in the middle of
+    /// its voxel), and has the free cell in front of it in sight.
     fn faces(&self, _cell: Cell) -> (u8, u8) {
         (0b11_1111, 0b11_1111)
     }

@@ -51,6 +51,9 @@ pub struct Params {
     pub exploration_weight: f64,
     /// Worth of an inspection voxel (lambda_i of eq. 4). HEATS table I: 0.8.
     pub inspection_weight: f64,
+    /// How many times an inspection voxel counts of which a face that looks down or up is to be inspected: the underside of a
+    /// table, the top of a cabinet. 1, all alike, is the published rule. Without `max_incidence` faces are not told apart.
+    pub level_weight: u32,
     /// Worth of an exploration voxel that the LiDAR does not see from there but a camera does: the inside of a bin, say. As
     /// published it is `exploration_weight`.
     pub cavity_weight: f64,
@@ -112,6 +115,7 @@ impl Default for Params {
             motion_decay: 0.5,
             exploration_weight: 0.2,
             inspection_weight: 0.8,
+            level_weight: 1,
             cavity_weight: 0.2,
             threshold: 2.0,
             unknown_allowance: 2,
@@ -192,6 +196,7 @@ impl Params {
         natural("motion_decay", self.motion_decay)?;
         natural("exploration_weight", self.exploration_weight)?;
         natural("inspection_weight", self.inspection_weight)?;
+        count("level_weight", self.level_weight as usize, "1 to 1000")?;
         natural("cavity_weight", self.cavity_weight)?;
         natural("threshold", self.threshold)?;
         check(

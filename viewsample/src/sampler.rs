@@ -45,7 +45,7 @@ impl<S: Clone> Sampler<S> {
             relaxed: params.relaxed(),
             sensors: Sensors::new(params),
             postures,
-            world: World::default(),
+            world: World::weighing(params.level_weight),
             tiles: Tiles::default(),
             libraries: BTreeMap::new(),
             last_tries: BTreeMap::new(),
@@ -391,10 +391,10 @@ impl<S: Clone> Sampler<S> {
     /// If a pose is not finite.
     pub fn gain_at(&self, base: [f64; 3], camera: &Pose) -> Result<Gain, Error> {
         let (mut lidar, mut extra, mut inspection) = (0, 0, 0);
-        self.look(base, camera, |_, [l, e, i]| {
+        self.look(base, camera, |word, [l, e, i]| {
             lidar += l.count_ones();
             extra += e.count_ones();
-            inspection += i.count_ones();
+            inspection += self.world.worth(word, i);
         })?;
         Ok(self.sensors.gain(lidar, extra, inspection))
     }

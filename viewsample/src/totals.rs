@@ -1,6 +1,6 @@
 //! Frontier cells in any rectangle of columns, in constant time: the first upper bound.
 
-/// Sums of exploration and inspection cells over rectangles of columns.
+/// Sums of exploration cells and of what inspection cells count over rectangles of columns.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Totals {
     row: usize,
@@ -8,12 +8,7 @@ pub(crate) struct Totals {
 }
 
 impl Totals {
-    pub(crate) fn of(
-        size: [usize; 2],
-        words: usize,
-        exploration: &[u64],
-        inspection: &[u64],
-    ) -> Self {
+    pub(crate) fn of(size: [usize; 2], words: usize, count: impl Fn(usize) -> [u32; 2]) -> Self {
         let [nx, ny] = size;
         let row = nx + 1;
         let mut sums = vec![[0; 2]; row * (ny + 1)];
@@ -22,8 +17,9 @@ impl Totals {
             for x in 0..nx {
                 let first = (y * nx + x) * words;
                 for w in first..first + words {
-                    line[0] += exploration[w].count_ones();
-                    line[1] += inspection[w].count_ones();
+                    let [exploration, inspection] = count(w);
+                    line[0] += exploration;
+                    line[1] += inspection;
                 }
                 let above = sums[y * row + x + 1];
                 sums[(y + 1) * row + x + 1] = [above[0] + line[0], above[1] + line[1]];

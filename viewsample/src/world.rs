@@ -9,6 +9,8 @@ use crate::{Error, dirty::Dirty, totals::Totals};
 
 /// Margin added around boxes beyond the present extent, cells, so that growth is rare.
 const MARGIN: i32 = 16;
+/// Faces that look down or up; bits as in [`Map::faces`].
+const LEVEL: u8 = 0b11_0000;
 /// Most cells stored.
 const MOST_CELLS: u64 = 1 << 31;
 
@@ -33,6 +35,12 @@ pub(crate) struct World {
     pub(crate) exploration: Vec<u64>,
     /// Inspection frontier cells.
     pub(crate) inspection: Vec<u64>,
+    /// Inspection frontier cells, and others, with a level face to inspect.
+    level: Vec<u64>,
+    /// How many times an inspection frontier cell with a level face counts.
+    level_weight: u32,
+    /// Whether level faces came or went in this update.
+    releveled: bool,
     /// Open and exposed faces of inspection frontier cells; other entries mean nothing.
     faces: Vec<(u8, u8)>,
     /// Words of the frontiers as they were before this update.
@@ -186,6 +194,9 @@ impl World {
         let total = nx * ny * words;
         let mut new = Self {
             faces: Vec::new(),
+            level: Vec::new(),
+            level_weight: self.level_weight,
+            releveled: true,
             low: new_low,
             size: [nx, ny],
             span: self.span,
@@ -283,6 +294,7 @@ impl World {
     /// Looks up the faces of the inspection frontier cells in a box and one cell around it.
     pub(crate) fn read_faces<M: Map + ?Sized>(&mut self, map: &M, low: Cell, high: Cell) {
         self.faces.resize(self.inspection.len() * 64, (0, 0));
+        self.level.resize(self.inspection.len(), 0);
         let (from, to) = (self.low, self.high());
         let a = [0, 1].map(|n| low[n].saturating_sub(1).max(from[n]));
         let b = [0, 1].map(|n| high[n].saturating_add(1).min(to[n]));
@@ -301,6 +313,10 @@ impl World {
                         if *slot != faces {
                             *slot = faces;
                             self.dirty.mark([x, y]);
+                            let level = faces.0 & LEVEL != 0;
+                            self.releveled |= level != (self.level[word] >> bit & 1 != 0);
+                            self.level[word] =
+                                self.level[word] & !(1 << bit) | u64::from(level) << bit;
                         }
                     }
                 }
@@ -316,7 +332,8 @@ impl World {
     }
 
     /// The open faces of an inspection cell that an eye at `from_cell` (m, relative to the cell's centre) looks at from
-    /// outside, at an angle to the surface's normal in the middle of the face whose cosine is at least `least`; bits as in
+    /// outside, at an angle to the surface's normal whose cosine is at least `least`, in the middle of an upright face, or of the
+    /// cell for those that look up or down: a level plate lies anywhere in its cells; bits as in
     /// [`Map::faces`]. The normal is the face's own, or for upright faces the mean of those exposed, since a wall at an angle to
     /// the grid is a staircase of such cells.
     #[inline]
@@ -336,10 +353,11 @@ impl World {
         let half = 0.5 * self.cell_size;
         (0..6).fold(0, |faces, face| {
             let along = sign(face) * from_cell[face / 2];
-            let above = along - half;
+            let depth = if face < 4 { half } else { 0.0 };
+            let above = along - depth;
             let seen = open >> face & 1 != 0
-                && above > 0.0
-                && (above >= least * (square - half * (along + above)).max(0.0).sqrt()
+                && along > half
+                && (above >= least * (square - depth * (along + above)).max(0.0).sqrt()
                     || (face < 4 && by_mean));
             faces | u8::from(seen) << face
         })
@@ -394,7 +412,7 @@ impl World {
 
     /// Closes an update: marks the columns whose frontiers differ, counts anew.
     pub(crate) fn close_update(&mut self) {
-        let mut changed = self.totals.is_empty();
+        let mut changed = self.totals.is_empty() || std::mem::take(&mut self.releveled);
         for (word, exploration, inspection) in std::mem::take(&mut self.touched) {
             let word = word as usize;
             self.is_touched[word] = false;
@@ -407,7 +425,28 @@ impl World {
         }
         self.dirty.close();
         if changed {
-            self.totals = Totals::of(self.size, self.words, &self.exploration, &self.inspection);
+            let count = |word: usize| {
+                [
+                    self.exploration[word].count_ones(),
+                    self.worth(word, self.inspection[word]),
+                ]
+            };
+            self.totals = Totals::of(self.size, self.words, count);
+        }
+    }
+
+    /// Number of inspection cells in `mask` of a word, those with a level face counted as often as that weighs.
+    #[inline]
+    pub(crate) fn worth(&self, word: usize, mask: u64) -> u32 {
+        let level = self.level.get(word).copied().unwrap_or(0);
+        mask.count_ones() + (self.level_weight.max(1) - 1) * (mask & level).count_ones()
+    }
+
+    /// An empty world in which cells with a level face count so often.
+    pub(crate) fn weighing(level_weight: u32) -> Self {
+        Self {
+            level_weight,
+            ..Self::default()
         }
     }
 

@@ -192,8 +192,96 @@ impl Map for Faced {
     }
 }
 
+/// A map whose tops, or whose undersides, need no inspection any more.
+struct Done(Faced, u8);
+
+impl Map for Done {
+    fn cell_size(&self) -> f64 {
+        self.0.cell_size()
+    }
+    fn cell_at(&self, point: [f64; 3]) -> Cell {
+        self.0.cell_at(point)
+    }
+    fn center(&self, cell: Cell) -> [f64; 3] {
+        self.0.center(cell)
+    }
+    fn is_free(&self, cell: Cell) -> bool {
+        self.0.is_free(cell)
+    }
+    fn is_occupied(&self, cell: Cell) -> bool {
+        self.0.is_occupied(cell)
+    }
+    fn faces(&self, cell: Cell) -> (u8, u8) {
+        let (open, exposed) = self.0.faces(cell);
+        (open & !self.1, exposed)
+    }
+}
+
+/// Where level faces weigh more, the best view of a library is still the best of all its views, also when such faces were inspected
+/// since while their cells stayed frontiers.
+#[test]
+fn best_views_by_weight_are_best() {
+    let mut dice = Dice::new(5);
+    for _ in 0..6 {
+        let mut map = Done(Faced(hall(&mut dice)), 0);
+        let all = clusters(&map.0.0, |_| false);
+        let params = Params {
+            max_incidence: Some(1.2),
+            level_weight: 2 + dice.below(8) as u32,
+            threshold: 0.2,
+            ..params()
+        };
+        let anew = |map: &Done| {
+            let mut sampler = Sampler::new(&params, solved(&map.0.0, &params)).unwrap();
+            let added: Vec<_> = all.iter().map(OwnedCluster::borrow).collect();
+            let changes = Changes {
+                added: &added,
+                boxes: &[map.0.0.bounds()],
+                ..Changes::default()
+            };
+            sampler.update(map, &changes).unwrap();
+            sampler
+        };
+        let from = ([3.0, 2.0, 0.3], [1.0, 0.0]);
+        let mut kept = anew(&map);
+        let before = kept
+            .candidates(&mast(&map.0.0), &COSTS, from.0, &from.1)
+            .unwrap();
+        for done in [0b01_0000, 0b11_0000] {
+            map.1 = done;
+            let changes = Changes {
+                boxes: &[map.0.0.bounds()],
+                ..Changes::default()
+            };
+            kept.update(&map, &changes).unwrap();
+            let mut fresh = anew(&map);
+            let robot = mast(&map.0.0);
+            let ours = kept.candidates(&robot, &COSTS, from.0, &from.1).unwrap();
+            let found = fresh.candidates(&robot, &COSTS, from.0, &from.1).unwrap();
+            assert_eq!(ours.views, found.views);
+            for view in &found.views {
+                assert_eq!(view.gain, fresh.gain_at(view.base, &view.camera).unwrap());
+                let list = fresh
+                    .near_best(
+                        view.cluster.unwrap(),
+                        0.0,
+                        10_000,
+                        &robot,
+                        &COSTS,
+                        from.0,
+                        &from.1,
+                    )
+                    .unwrap();
+                let most = list.iter().map(|v| v.score).fold(0.0, f64::max);
+                assert!(close(view.score, most), "{} {most}", view.score);
+            }
+            assert_ne!(found.views, before.views, "weights change what is best");
+        }
+    }
+}
+
 /// With a limit on incidence a surface cell counts if one of its open faces looks at the camera steeply enough, alone or by the
-/// mean of all of them, and the free cell in front of that face is in sight.
+/// mean of all of them (a top or an underside as if it lay in the middle of its cell), and the free cell in front of that face is in sight.
 #[test]
 fn seen_faces_equal_their_definition() {
     let mut dice = Dice::new(77);
@@ -202,9 +290,11 @@ fn seen_faces_equal_their_definition() {
         let all = clusters(&map.0, |_| false);
         let limit = dice.between(0.5, 1.4);
         let target = (dice.below(2) == 0).then(|| dice.between(0.0, 0.2));
+        let level_weight = 1 + dice.below(6) as u32;
         let params = Params {
             max_incidence: Some(limit),
             target,
+            level_weight,
             ..params()
         };
         let mut sampler = Sampler::new(&params, solved(&map.0, &params)).unwrap();
@@ -266,10 +356,14 @@ fn seen_faces_equal_their_definition() {
                     && open.iter().any(|&f| {
                         let normal = FACES[f].map(f64::from);
                         let middle = [0, 1, 2].map(|a| p[a] + 0.5 * H * normal[a]);
-                        let from = [0, 1, 2].map(|a| eye[a] - middle[a]);
+                        let outside = (0..3)
+                            .map(|a| normal[a] * (eye[a] - middle[a]))
+                            .sum::<f64>();
+                        let at = if f < 4 { middle } else { p };
+                        let from = [0, 1, 2].map(|a| eye[a] - at[a]);
                         let above = (0..3).map(|a| normal[a] * from[a]).sum::<f64>();
                         let far = from.iter().map(|v| v * v).sum::<f64>().sqrt();
-                        above > 0.0
+                        outside > 0.0
                             && (above >= limit.cos() * far || (f < 4 && by_mean))
                             && held(f, middle)
                             && map.line_of_sight(eye, across(cell, f), params.unknown_allowance)
@@ -289,8 +383,14 @@ fn seen_faces_equal_their_definition() {
                 .inspection;
             seen.sort_unstable();
             assert_eq!(seen, expected);
-            // Asked with these limits, a sampler that has others answers the same, and as before when asked again.
+            let is_level = |c: &&Cell| (4..6).any(|f| map.is_free(across(**c, f)));
+            let level = expected.iter().filter(is_level).count() as u32;
+            let worth = expected.len() as u32 + (level_weight - 1) * level;
             let base = [eye[0], eye[1], 0.0];
+            assert_eq!(sampler.gain_at(base, &camera).unwrap().inspection, worth);
+            let along = sampler.gain_along(&[(base, camera), (base, camera)]);
+            assert_eq!(along.unwrap().inspection, worth);
+            // Asked with these limits, a sampler that has others answers the same, and as before when asked again.
             let before = other.seen_from(base, &camera).unwrap();
             let ask = |s: &Sampler<_>| s.seen_from(base, &camera).unwrap().inspection;
             let mut asked = other.with_limits(target, Some(limit), ask).unwrap();

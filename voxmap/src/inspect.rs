@@ -140,7 +140,8 @@ impl VoxelMap {
     /// The exposed faces of an occupied cell that an eye looks at from outside, at no more than `max_incidence` rad to the
     /// surface's normal at the middle of the face; bits as [`exposed_faces`](Self::exposed_faces).
     ///
-    /// The normal is the face's own. Where a cell has several exposed faces around an upright edge, their mean serves them as
+    /// The angle is that in the middle of an upright face, and for tops and undersides that in the middle of the cell: a level plate,
+    /// such as a table's top, lies anywhere in its cells. The normal is the face's own. Where a cell has several exposed faces around an upright edge, their mean serves them as
     /// well, since a wall at an angle to the grid is a staircase of such cells. (A table's edge is not: it has a top and an
     /// underside, and each must be looked at from its own side.)
     pub fn faces_towards(&self, cell: Cell, eye: [f64; 3], max_incidence: f64) -> u8 {
@@ -164,11 +165,12 @@ impl VoxelMap {
         let mut faces = 0;
         for (face, offset) in FACES.iter().enumerate() {
             let along: f64 = (0..3).map(|a| f64::from(offset[a]) * way[a]).sum();
-            // From the middle of the face, half a cell nearer than that of the cell.
-            let above = along - half;
-            let length = (square - half * (along + above)).max(0.0).sqrt();
+            // The middle of a face is half a cell nearer than that of the cell.
+            let depth = if face < 4 { half } else { 0.0 };
+            let above = along - depth;
+            let length = (square - depth * (along + above)).max(0.0).sqrt();
             let towards = above >= cosine * length || (face < 4 && by_mean);
-            if exposed >> face & 1 != 0 && above > 0.0 && towards {
+            if exposed >> face & 1 != 0 && along > half && towards {
                 faces |= 1 << face;
             }
         }

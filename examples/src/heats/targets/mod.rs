@@ -21,8 +21,8 @@ use voxmap::CellBox;
 /// Voxel edge for which thresholds are given, m: smaller voxels ask for as many more.
 const REFERENCE_CELL: f64 = 0.15;
 
-/// Half the side of a target of which the last tries want to see all around a face, m: a tag of 16 cm that lies straight.
-const LAST_TARGET: f64 = 0.08;
+/// Half the side of a target of which the last tries want to see all around a face, m: a tag of 16 cm in its middle.
+const LAST_TARGET: f64 = 0.02;
 
 /// How much flatter the last tries look at a face than what inspects it, rad: the surface may lie half a voxel behind it.
 const LAST_INCIDENCE: f64 = 0.1;
@@ -257,6 +257,7 @@ impl Targets {
             motion_decay: v.motion_decay,
             exploration_weight: v.exploration_weight,
             inspection_weight: v.inspection_weight,
+            level_weight: v.level_weight,
             cavity_weight: v.cavity_weight,
             threshold: v.threshold * per_area,
             // What is counted of an exploration frontier is its unknown side, so that nothing may block the way to it.
