@@ -42,6 +42,7 @@ def main():
     parser.add_argument("--suite", default="heats-tables")
     parser.add_argument("--out", default="bench")
     parser.add_argument("--trials", type=int, help="seeds of each experiment")
+    parser.add_argument("--reports", action="store_true", help="leave a page of each trial")
     parser.add_argument("--program", default=str(PROGRAM))
     parser.add_argument("--scheduler", help="address of a running scheduler")
     parser.add_argument("--workers", type=int, default=2, help="workers on this machine, where no scheduler is named")
@@ -52,7 +53,8 @@ def main():
     local = None if args.scheduler else LocalCluster(n_workers=args.workers, threads_per_worker=1, dashboard_address=None)
     with Client(args.scheduler or local) as client:
         parts = range(1, len(names) + 1)
-        tasks = client.map(trial, [command] * len(names), parts, parts=len(names), pure=False, retries=2)
+        each = [*command, "--reports"] if args.reports else command
+        tasks = client.map(trial, [each] * len(names), parts, parts=len(names), pure=False, retries=2)
         for done, task in enumerate(as_completed(tasks), 1):
             print(f"[{done}/{len(names)}] {names[task.result() - 1]}", file=sys.stderr)
     sys.exit(subprocess.run([*command, "--collect"]).returncode)

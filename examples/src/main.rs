@@ -13,6 +13,7 @@ use seekplan::heats::{self, Planner, Sensors, Settings};
 use seekplan::record::{self, Ended, Ground, JsonLines, Recorder, ReportError, Silent};
 use seekplan::report::{ProgressLine, Status};
 use seekplan::scene::Scene;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -239,7 +240,9 @@ fn photograph(folder: &Path, at: Option<f64>, file: &Path) -> Result<(), String>
     let file = std::path::absolute(file).map_err(|e| e.to_string())?;
     let moment = at.map_or(String::new(), |t| format!("#t={t}"));
     let url = format!("file://{}{moment}", page.display());
-    let _ = std::fs::remove_file(&file);
+    // Beside the file, so that one from before is there until there is another.
+    let taken = file.with_extension("taken.png");
+    let _ = std::fs::remove_file(&taken);
     for name in ["chromium", "chromium-browser", "google-chrome"] {
         let run = std::process::Command::new(name)
             .args([
@@ -250,11 +253,11 @@ fn photograph(folder: &Path, at: Option<f64>, file: &Path) -> Result<(), String>
                 "--virtual-time-budget=4000",
                 "--window-size=1280,800",
             ])
-            .arg(format!("--screenshot={}", file.display()))
+            .arg(format!("--screenshot={}", taken.display()))
             .arg(&url)
             .output();
-        if run.is_ok() && file.exists() {
-            return Ok(());
+        if run.is_ok() && taken.exists() {
+            return std::fs::rename(&taken, &file).map_err(|e| e.to_string());
         }
     }
     Err("--png needs an installed Chromium that can write the file; --svg needs nothing".into())
@@ -343,8 +346,12 @@ fn run_flap(args: &FlapArgs) -> Result<ExitCode, String> {
 fn run_bench(args: &BenchArgs) -> Result<ExitCode, String> {
     let suite = bench::suite(&args.suite, args.trials).map_err(|e| e.to_string())?;
     if args.list {
+        let mut out = std::io::stdout().lock();
         for trial in suite.trials() {
-            println!("{}", trial.name);
+            // Who reads on, e.g. `head`, may have enough.
+            if writeln!(out, "{}", trial.name).is_err() {
+                break;
+            }
         }
         return Ok(ExitCode::SUCCESS);
     }
