@@ -153,8 +153,8 @@ fn own_counts_the_cells_of_the_cluster() {
     }
 }
 
-/// A grid that says which faces of its cells are open to free space.
-struct Faced(viewsample::grid::Grid);
+/// A grid that says which faces of its cells are open to free space, but for those that need no inspection any more.
+struct Faced(viewsample::grid::Grid, u8);
 
 const FACES: [Cell; 6] = [
     [-1, 0, 0],
@@ -188,32 +188,7 @@ impl Map for Faced {
     fn faces(&self, cell: Cell) -> (u8, u8) {
         let open = (0..6).filter(|&f| self.is_free(across(cell, f)));
         let bits = open.fold(0, |bits, f| bits | 1 << f);
-        (bits, bits)
-    }
-}
-
-/// A map whose tops, or whose undersides, need no inspection any more.
-struct Done(Faced, u8);
-
-impl Map for Done {
-    fn cell_size(&self) -> f64 {
-        self.0.cell_size()
-    }
-    fn cell_at(&self, point: [f64; 3]) -> Cell {
-        self.0.cell_at(point)
-    }
-    fn center(&self, cell: Cell) -> [f64; 3] {
-        self.0.center(cell)
-    }
-    fn is_free(&self, cell: Cell) -> bool {
-        self.0.is_free(cell)
-    }
-    fn is_occupied(&self, cell: Cell) -> bool {
-        self.0.is_occupied(cell)
-    }
-    fn faces(&self, cell: Cell) -> (u8, u8) {
-        let (open, exposed) = self.0.faces(cell);
-        (open & !self.1, exposed)
+        (bits & !self.1, bits)
     }
 }
 
@@ -223,20 +198,20 @@ impl Map for Done {
 fn best_views_by_weight_are_best() {
     let mut dice = Dice::new(5);
     for _ in 0..6 {
-        let mut map = Done(Faced(hall(&mut dice)), 0);
-        let all = clusters(&map.0.0, |_| false);
+        let mut map = Faced(hall(&mut dice), 0);
+        let all = clusters(&map.0, |_| false);
         let params = Params {
             max_incidence: Some(1.2),
             level_weight: 2 + dice.below(8) as u32,
             threshold: 0.2,
             ..params()
         };
-        let anew = |map: &Done| {
-            let mut sampler = Sampler::new(&params, solved(&map.0.0, &params)).unwrap();
+        let anew = |map: &Faced| {
+            let mut sampler = Sampler::new(&params, solved(&map.0, &params)).unwrap();
             let added: Vec<_> = all.iter().map(OwnedCluster::borrow).collect();
             let changes = Changes {
                 added: &added,
-                boxes: &[map.0.0.bounds()],
+                boxes: &[map.0.bounds()],
                 ..Changes::default()
             };
             sampler.update(map, &changes).unwrap();
@@ -245,17 +220,17 @@ fn best_views_by_weight_are_best() {
         let from = ([3.0, 2.0, 0.3], [1.0, 0.0]);
         let mut kept = anew(&map);
         let before = kept
-            .candidates(&mast(&map.0.0), &COSTS, from.0, &from.1)
+            .candidates(&mast(&map.0), &COSTS, from.0, &from.1)
             .unwrap();
         for done in [0b01_0000, 0b11_0000] {
             map.1 = done;
             let changes = Changes {
-                boxes: &[map.0.0.bounds()],
+                boxes: &[map.0.bounds()],
                 ..Changes::default()
             };
             kept.update(&map, &changes).unwrap();
             let mut fresh = anew(&map);
-            let robot = mast(&map.0.0);
+            let robot = mast(&map.0);
             let ours = kept.candidates(&robot, &COSTS, from.0, &from.1).unwrap();
             let found = fresh.candidates(&robot, &COSTS, from.0, &from.1).unwrap();
             assert_eq!(ours.views, found.views);
@@ -286,7 +261,7 @@ fn best_views_by_weight_are_best() {
 fn seen_faces_equal_their_definition() {
     let mut dice = Dice::new(77);
     for _ in 0..12 {
-        let map = Faced(hall(&mut dice));
+        let map = Faced(hall(&mut dice), 0);
         let all = clusters(&map.0, |_| false);
         let limit = dice.between(0.5, 1.4);
         let target = (dice.below(2) == 0).then(|| dice.between(0.0, 0.2));

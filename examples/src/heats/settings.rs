@@ -109,7 +109,8 @@ pub struct MapSettings {
     /// Whether faces too narrow to carry a target, of rods and edges and slivers between them, need no inspection.
     pub skip_narrow: bool,
     /// Whether strips one voxel wide between inspected faces need no inspection either. Of a 0.16 m target in the middle of one
-    /// the images on both sides may each lack 7 cm with 0.1 m voxels and `target` as it is, and 9.5 cm with 0.15 m; they seldom end there.
+    /// the images on both sides may each lack 7 cm with 0.1 m voxels and `target` as it is, and 9.5 cm with 0.15 m, where they show
+    /// no more than they must.
     pub skip_strips: bool,
     /// Probabilities of the sensor model: hit and miss.
     pub hit: f64,
