@@ -1,6 +1,6 @@
 //! What a pose would see: HEATS eq. 4.
 
-use crate::geometry::Held;
+use crate::geometry::{Held, Risers};
 use crate::map::Cell;
 use crate::params::Params;
 use crate::world::{Eye, World};
@@ -131,12 +131,12 @@ impl Sensors {
         let eye = world.eye(eye);
         let shape = lidar.shape();
         let h = world.cell_size;
-        each_word(world, rectangle, |word| {
+        world.each_settled(rectangle, |word, c| {
             let all = world.exploration[word];
             if all == 0 {
                 return;
             }
-            let d = offset(world, word, &eye);
+            let d = [0, 1, 2].map(|a| c[a] - eye.world[a]);
             let mask = keep(all, |n| shape.covers([d[0], d[1], d[2] + h * f64::from(n)]));
             if mask == 0 {
                 return;
@@ -235,30 +235,25 @@ impl Sensors {
         // With a hair to spare: a quick test before the exact one.
         let far2 = self.depth.far.max(self.rgb.far).powi(2) * (1.0 + 1e-9);
         let up = camera.rotation[2].map(|v| v * h);
+        let (depth, rgb) = (Risers::new(&self.depth, up), Risers::new(&self.rgb, up));
         let held = self.held(world, camera);
-        each_word(world, rectangle, |word| {
-            let (mut e, mut i) = (world.exploration[word], world.inspection[word]);
-            if e | i == 0 {
-                return;
-            }
-            let c = world.center(world.cell(word));
-            let aside = (c[0] - eye[0]).powi(2) + (c[1] - eye[1]).powi(2);
-            if aside > far2 {
+        world.each_settled(rectangle, |word, c| {
+            let way = [0, 1, 2].map(|a| eye[a] - c[a]);
+            if way[0] * way[0] + way[1] * way[1] > far2 {
                 return;
             }
             let p = camera.to_camera(c);
             let at = |n: u32| [0, 1, 2].map(|a| p[a] + f64::from(n) * up[a]);
-            e = keep(e, |n| self.depth.covers(at(n)));
+            let mut e = depth.covers(p, world.exploration[word]);
             if e != 0 {
                 e &= !mask_of(known, word);
             }
-            i = keep(i, |n| self.rgb.covers(at(n)));
+            let mut i = rgb.covers(p, world.inspection[word]);
             if let Some(least) = self.incidence {
-                let way = way(world, camera, word);
                 i = keep(i, |n| {
                     let from = [way[0], way[1], way[2] - h * f64::from(n)];
                     let faces = world.faces_eye(word, n, from, least);
-                    held.as_ref().map_or(faces, |held| held.of(at(n), faces)) != 0
+                    faces != 0 && held.as_ref().is_none_or(|held| held.of(at(n), faces) != 0)
                 });
             }
             if e | i != 0 {
@@ -319,23 +314,4 @@ pub(crate) fn count(words: &[(u32, u64)]) -> u32 {
 fn way(world: &World, camera: &Pose, word: usize) -> [f64; 3] {
     let c = world.center(world.cell(word));
     [0, 1, 2].map(|a| camera.translation[a] - c[a])
-}
-
-/// From the eye to the centre of bit 0 of a word, m.
-fn offset(world: &World, word: usize, eye: &Eye) -> [f64; 3] {
-    let c = world.center(world.cell(word));
-    [0, 1, 2].map(|a| c[a] - eye.world[a])
-}
-
-/// Calls `visit` with the words of a rectangle of columns, ascending.
-#[inline]
-fn each_word(world: &World, [x0, y0, x1, y1]: [i32; 4], mut visit: impl FnMut(usize)) {
-    let w = world.words;
-    for y in y0..=y1 {
-        let row = (y - world.low[1]) as usize * world.size[0];
-        let (a, b) = ((x0 - world.low[0]) as usize, (x1 - world.low[0]) as usize);
-        for word in (row + a) * w..(row + b + 1) * w {
-            visit(word);
-        }
-    }
 }

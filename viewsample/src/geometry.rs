@@ -246,6 +246,103 @@ impl Frustum {
     }
 }
 
+/// A frustum, prepared to tell which cells of a column it covers.
+///
+/// Along a column each border of the frustum is passed once, so that the covered cells are a run. Cells near an end of it are held
+/// against the frustum itself: the answer is that of [`Frustum::covers`] for every cell.
+#[derive(Clone, Debug)]
+pub(crate) struct Risers<'a> {
+    frustum: &'a Frustum,
+    /// From one cell to the next in the camera frame, m.
+    up: [f64; 3],
+    /// The same as depth inside each border, and the cells that go on a metre of it; none along a border.
+    slopes: [(f64, Option<f64>); 5],
+}
+
+/// Cells within which the end of a run is taken to be uncertain.
+const BLUR: f64 = 1e-6;
+
+impl<'a> Risers<'a> {
+    pub(crate) fn new(frustum: &'a Frustum, up: [f64; 3]) -> Self {
+        let slopes = Self::inside(frustum, up, 0.0).map(|slope| {
+            let level = slope.abs() < 1e-6;
+            (slope, (!level).then(|| 1.0 / slope))
+        });
+        Self {
+            frustum,
+            up,
+            slopes,
+        }
+    }
+
+    /// How far inside each border a point is, m times what the border's normal lacks to one.
+    #[inline]
+    fn inside(frustum: &Frustum, p: [f64; 3], near: f64) -> [f64; 5] {
+        let (h, v) = (frustum.tan_half_h * p[2], frustum.tan_half_v * p[2]);
+        [p[2] - near, h - p[0], h + p[0], v - p[1], v + p[1]]
+    }
+
+    /// Those of the cells `mask` of a column that are covered; `p` is the centre of cell 0 in the camera frame, m.
+    #[inline]
+    pub(crate) fn covers(&self, p: [f64; 3], mask: u64) -> u64 {
+        if mask == 0 {
+            return 0;
+        }
+        let (mut low, mut high) = (0.0_f64, 63.0_f64);
+        let inside = Self::inside(self.frustum, p, self.frustum.near);
+        let mut sure = true;
+        for (a, (slope, cells)) in inside.into_iter().zip(self.slopes) {
+            match cells {
+                Some(cells) if slope > 0.0 => low = low.max(-a * cells),
+                Some(cells) => high = high.min(-a * cells),
+                None if a < -1e-3 => return 0,
+                None => sure &= a > 1e-3,
+            }
+        }
+        // The ball: no nearer than the column is to the eye.
+        let (up, far) = (self.up, self.frustum.far);
+        let square = up[0] * up[0] + up[1] * up[1] + up[2] * up[2];
+        let middle = -(p[0] * up[0] + p[1] * up[1] + p[2] * up[2]) / square;
+        let nearest = [0, 1, 2].map(|k| p[k] + middle * up[k]);
+        let aside = nearest.iter().map(|v| v * v).sum::<f64>();
+        let left = (far * far - aside) / square;
+        if left < -BLUR {
+            return 0;
+        }
+        let half = left.max(0.0).sqrt();
+        // Near the rim of the ball its border runs along the column.
+        sure &= half > 1e-2;
+        let rim = if sure { BLUR } else { 1.0 };
+        low = low.max(middle - half - rim);
+        high = high.min(middle + half + rim);
+        let (first, last) = ((low - BLUR).ceil(), (high + BLUR).floor());
+        if first > last {
+            return 0;
+        }
+        let outer = run(first.max(0.0) as u32, last.min(63.0) as u32) & mask;
+        let (first, last) = ((low + 2.0 * BLUR).ceil(), (high - 2.0 * BLUR).floor());
+        let inner = if sure && first <= last {
+            run(first.max(0.0) as u32, last.min(63.0) as u32)
+        } else {
+            0
+        };
+        let mut kept = outer & inner;
+        let mut rest = outer & !inner;
+        while rest != 0 {
+            let bit = rest.trailing_zeros();
+            rest &= rest - 1;
+            let at = [0, 1, 2].map(|k| p[k] + f64::from(bit) * up[k]);
+            kept |= u64::from(self.frustum.covers(at)) << bit;
+        }
+        kept
+    }
+}
+
+/// Bits `a..=b`, for `a <= b < 64`.
+fn run(a: u32, b: u32) -> u64 {
+    (u64::MAX >> (63 - b)) & (u64::MAX << a)
+}
+
 /// Which faces of a voxel an image shows whole, with a square around them.
 ///
 /// For each face and each border of the image, how far inside the border the voxel's centre must be, at its own depth.
@@ -381,5 +478,45 @@ impl LidarShape {
         let r2 = d[0] * d[0] + d[1] * d[1];
         let r = r2.sqrt();
         d[2] >= r * self.low && d[2] <= r * self.high && r2 + d[2] * d[2] <= self.range2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 4000, ..ProptestConfig::default() })]
+
+        /// A run of covered cells is what a look at each cell tells, also for level and upright cameras, whose borders run along
+        /// the column, and for columns on a border or at the rim of the range.
+        #[test]
+        fn a_run_of_cells_is_each_of_them(
+            yaw in prop_oneof![Just(0.0), Just(std::f64::consts::FRAC_PI_2), -3.2..3.2_f64],
+            pitch in prop_oneof![Just(0.0), Just(std::f64::consts::FRAC_PI_2), -1.6..1.6_f64],
+            roll in prop_oneof![Just(0.0), -3.2..3.2_f64],
+            column in prop_oneof![
+                (-5.0..5.0_f64, -5.0..5.0_f64),
+                (-30..30_i32, -30..30_i32).prop_map(|(x, y)| (0.15 * f64::from(x), 0.15 * f64::from(y))),
+            ],
+            height in prop_oneof![Just(0.075), 0.0..3.0_f64],
+            cell in prop_oneof![Just(0.15), 0.02..0.3_f64],
+            near in prop_oneof![Just(0.0), 0.0..1.0_f64],
+            mask in prop_oneof![Just(u64::MAX), any::<u64>()],
+        ) {
+            let camera = Pose::looking([0.0, 0.0, height], yaw, pitch).rolled(roll);
+            let frustum = Frustum { near, ..Frustum::degrees(69.0, 42.0, 0.0, 4.0) };
+            let up = camera.rotation[2].map(|v| v * cell);
+            let p = camera.to_camera([column.0, column.1, 0.5 * cell]);
+            let each = (0..64).filter(|&n| {
+                mask >> n & 1 != 0
+                    && frustum.covers([0, 1, 2].map(|a| p[a] + f64::from(n) * up[a]))
+            });
+            prop_assert_eq!(
+                Risers::new(&frustum, up).covers(p, mask),
+                each.fold(0, |bits, n: u32| bits | 1 << n)
+            );
+        }
     }
 }

@@ -398,7 +398,7 @@ impl Library {
         if candidate.free == Check::Open {
             effort.body_checks += 1;
             let state = &context.postures[index % self.postures].state;
-            candidate.free = answer(context.robot.is_free(base.pose, state));
+            candidate.free = answer(context.robot.is_free_on_base(base.pose, state));
         }
         candidate.free == Check::Yes
     }

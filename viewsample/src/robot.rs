@@ -26,6 +26,11 @@ pub trait Robot {
     }
     /// True if the whole body is clear of the map with the base at x, y, yaw (m, rad).
     fn is_free(&self, base: [f64; 3], state: &Self::State) -> bool;
+    /// [`is_free`](Self::is_free) of a base pose that [`base_is_free`](Self::base_is_free) has accepted. Robots that need not
+    /// look at the base again override this: it is asked for every posture of a base.
+    fn is_free_on_base(&self, base: [f64; 3], state: &Self::State) -> bool {
+        self.is_free(base, state)
+    }
     /// True if the base alone is clear: the cheap test made first.
     fn base_is_free(&self, base: [f64; 3]) -> bool;
 }
@@ -45,6 +50,9 @@ impl<R: Robot + ?Sized> Robot for &R {
     }
     fn is_free(&self, base: [f64; 3], state: &Self::State) -> bool {
         (**self).is_free(base, state)
+    }
+    fn is_free_on_base(&self, base: [f64; 3], state: &Self::State) -> bool {
+        (**self).is_free_on_base(base, state)
     }
     fn base_is_free(&self, base: [f64; 3]) -> bool {
         (**self).base_is_free(base)

@@ -35,6 +35,8 @@ pub(crate) struct World {
     pub(crate) exploration: Vec<u64>,
     /// Inspection frontier cells.
     pub(crate) inspection: Vec<u64>,
+    /// Columns that hold frontier cells: a bit each, rows of whole words.
+    settled: Vec<u64>,
     /// Inspection frontier cells, and others, with a level face to inspect.
     level: Vec<u64>,
     /// How many times an inspection frontier cell with a level face counts.
@@ -193,6 +195,7 @@ impl World {
         let (nx, ny, words) = (span(0) as usize, span(1) as usize, words as usize);
         let total = nx * ny * words;
         let mut new = Self {
+            settled: vec![0; nx.div_ceil(64) * ny],
             faces: Vec::new(),
             level: Vec::new(),
             level_weight: self.level_weight,
@@ -235,6 +238,9 @@ impl World {
             }
         }
         new.dirty.mark_all();
+        for column in 0..nx * ny {
+            new.settle(column);
+        }
         *self = new;
         Ok(true)
     }
@@ -339,28 +345,38 @@ impl World {
     #[inline]
     pub(crate) fn faces_eye(&self, word: usize, bit: u32, from_cell: [f64; 3], least: f64) -> u8 {
         let (open, exposed) = self.faces[word * 64 + bit as usize];
-        let square = from_cell.iter().map(|v| v * v).sum::<f64>();
         let sign = |face: usize| if face.is_multiple_of(2) { -1.0 } else { 1.0 };
-        let mut mean = [0.0_f64; 2];
-        for face in 0..4 {
-            if exposed >> face & 1 != 0 {
-                mean[face / 2] += sign(face);
-            }
-        }
-        let norm = (mean[0] * mean[0] + mean[1] * mean[1]).sqrt();
-        let by_mean = norm > 0.0
-            && mean[0] * from_cell[0] + mean[1] * from_cell[1] >= least * square.sqrt() * norm;
         let half = 0.5 * self.cell_size;
-        (0..6).fold(0, |faces, face| {
+        let facing = (0..6).fold(0u8, |faces, face| {
+            faces | u8::from(sign(face) * from_cell[face / 2] > half) << face
+        });
+        let mut rest = open & facing;
+        if rest == 0 {
+            return 0;
+        }
+        let square = from_cell.iter().map(|v| v * v).sum::<f64>();
+        let by_mean = || {
+            let mut mean = [0.0_f64; 2];
+            for face in 0..4 {
+                if exposed >> face & 1 != 0 {
+                    mean[face / 2] += sign(face);
+                }
+            }
+            let norm = (mean[0] * mean[0] + mean[1] * mean[1]).sqrt();
+            norm > 0.0
+                && mean[0] * from_cell[0] + mean[1] * from_cell[1] >= least * square.sqrt() * norm
+        };
+        let mut seen = 0;
+        while rest != 0 {
+            let face = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
             let along = sign(face) * from_cell[face / 2];
             let depth = if face < 4 { half } else { 0.0 };
             let above = along - depth;
-            let seen = open >> face & 1 != 0
-                && along > half
-                && (above >= least * (square - depth * (along + above)).max(0.0).sqrt()
-                    || (face < 4 && by_mean));
-            faces | u8::from(seen) << face
-        })
+            let steep = above >= least * (square - depth * (along + above)).max(0.0).sqrt();
+            seen |= u8::from(steep || (face < 4 && by_mean())) << face;
+        }
+        seen
     }
 
     /// Those of the cells `mask` of a word whose neighbour across `face` is in sight of `eye`.
@@ -420,6 +436,7 @@ impl World {
                 let column = word / self.words;
                 self.dirty
                     .mark([column % self.size[0], column / self.size[0]]);
+                self.settle(column);
                 changed = true;
             }
         }
@@ -432,6 +449,52 @@ impl World {
                 ]
             };
             self.totals = Totals::of(self.size, self.words, count);
+        }
+    }
+
+    /// Notes whether a column holds frontier cells.
+    fn settle(&mut self, column: usize) {
+        let words = column * self.words..(column + 1) * self.words;
+        let any = words
+            .into_iter()
+            .any(|word| self.exploration[word] | self.inspection[word] != 0);
+        let (x, y) = (column % self.size[0], column / self.size[0]);
+        let slot = &mut self.settled[y * self.size[0].div_ceil(64) + x / 64];
+        *slot = *slot & !(1 << (x % 64)) | u64::from(any) << (x % 64);
+    }
+
+    /// Calls `visit` with the words that hold frontier cells in a clipped rectangle of columns, ascending, and the centre of each
+    /// word's bit 0, m.
+    #[inline]
+    pub(crate) fn each_settled(
+        &self,
+        [x0, y0, x1, y1]: [i32; 4],
+        mut visit: impl FnMut(usize, [f64; 3]),
+    ) {
+        let stride = self.size[0].div_ceil(64);
+        let (a, b) = ((x0 - self.low[0]) as usize, (x1 - self.low[0]) as usize);
+        for y in y0..=y1 {
+            let row = (y - self.low[1]) as usize;
+            for block in a / 64..=b / 64 {
+                let mut rest = self.settled[row * stride + block];
+                if block == a / 64 {
+                    rest &= u64::MAX << (a % 64);
+                }
+                if block == b / 64 {
+                    rest &= u64::MAX >> (63 - b % 64);
+                }
+                while rest != 0 {
+                    let x = 64 * block + rest.trailing_zeros() as usize;
+                    rest &= rest - 1;
+                    let first = (row * self.size[0] + x) * self.words;
+                    for w in 0..self.words {
+                        if self.exploration[first + w] | self.inspection[first + w] != 0 {
+                            let z = self.low[2] + 64 * w as i32;
+                            visit(first + w, self.center([self.low[0] + x as i32, y, z]));
+                        }
+                    }
+                }
+            }
         }
     }
 

@@ -273,7 +273,24 @@ impl CostMap {
         self.distance(point, &self.blocked_rings, |g| g != Ground::Free, true)
     }
 
-    /// The same to obstacles alone: unknown ground and the outside do not count.
+    /// Whether [`clearance`](Self::clearance) is at least `wanted` m, at most 1 m: quicker than to measure it.
+    pub fn has_clearance(&self, point: [f64; 2], wanted: f64) -> bool {
+        if let Some(index) = self.index(self.cell_at(point))
+            && wanted <= EXACT
+        {
+            let ring = f64::from(self.blocked_rings[index]);
+            // A blocked cell that many king's steps away is no farther than its nearest corner can be, and no nearer than its rows.
+            if (ring - 1.0) * self.cell_size >= wanted {
+                return true;
+            }
+            if ring * std::f64::consts::SQRT_2 * self.cell_size < wanted {
+                return false;
+            }
+        }
+        self.clearance(point) >= wanted
+    }
+
+    /// [`clearance`](Self::clearance) to obstacles alone: unknown ground and the outside do not count.
     pub fn obstacle_clearance(&self, point: [f64; 2]) -> f64 {
         self.distance(
             point,
@@ -316,7 +333,7 @@ impl CostMap {
         let last = (f64::from(ring + 1) * std::f64::consts::SQRT_2).ceil() as i32 + 1;
         let mut best = f64::INFINITY;
         for r in ring..=last {
-            if (f64::from(r) - 1.0) * h >= best {
+            if ((f64::from(r) - 1.0) * h).powi(2) >= best {
                 break;
             }
             for (dx, dy) in ring_cells(r) {
@@ -330,11 +347,11 @@ impl CostMap {
                         let low = self.low[a] + f64::from(cell[a]) * h;
                         (low - point[a]).max(point[a] - low - h).max(0.0)
                     });
-                    best = best.min(gap[0].hypot(gap[1]));
+                    best = best.min(gap[0] * gap[0] + gap[1] * gap[1]);
                 }
             }
         }
-        best.min(f64::from(last) * h)
+        best.sqrt().min(f64::from(last) * h)
     }
 }
 

@@ -104,6 +104,9 @@ proptest! {
         for (px, py) in points {
             let p = [px, py];
             prop_assert_eq!(grid.clearance(p), fresh.clearance(p));
+            for wanted in [-0.1, 0.0, 0.2, 0.36, 0.5, 0.75, 1.0, grid.clearance(p)] {
+                prop_assert_eq!(grid.has_clearance(p, wanted), grid.clearance(p) >= wanted, "{}", wanted);
+            }
             for (found, expected) in [
                 (grid.clearance(p), brute(&grid, p, true, |g| g != Ground::Free)),
                 (grid.obstacle_clearance(p), brute(&grid, p, false, |g| g == Ground::Obstacle)),

@@ -82,42 +82,67 @@ pub struct Whole<'a> {
 }
 
 impl Whole<'_> {
-    /// Least room of the base's footprint on known free ground, m.
-    pub fn base_room(&self, base: [f64; 3]) -> f64 {
+    /// The base's circles: middle in the world and radius, m.
+    fn base_circles(&self, base: [f64; 3]) -> impl Iterator<Item = ([f64; 2], f64)> {
         let (s, c) = base[2].sin_cos();
         self.robot
             .base_circles()
             .iter()
-            .map(|&([x, y], radius)| {
-                let p = [base[0] + c * x - s * y, base[1] + s * x + c * y];
-                self.mapper.ground.clearance(p) - radius
+            .map(move |&([x, y], radius)| {
+                ([base[0] + c * x - s * y, base[1] + s * x + c * y], radius)
             })
+    }
+
+    /// Least room of the base's footprint on known free ground, m.
+    pub fn base_room(&self, base: [f64; 3]) -> f64 {
+        self.base_circles(base)
+            .map(|(p, radius)| self.mapper.ground.clearance(p) - radius)
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Room of a sphere to mapped or unknown space, the floor and the map's border, m.
+    #[inline]
+    fn room_of(&self, sphere: &robots::Sphere) -> f64 {
+        let map = &self.mapper.map;
+        let (low, size, h) = (map.low(), map.size(), map.cell_size());
+        let center = sphere.center;
+        let mut room = self
+            .mapper
+            .distance
+            .distance(center)
+            .min(center[2] - low[2]);
+        for a in 0..2 {
+            let high = low[a] + size[a] as f64 * h;
+            room = room.min(center[a] - low[a]).min(high - center[a]);
+        }
+        room - sphere.radius
+    }
+
+    fn arm_spheres(
+        &self,
+        base: [f64; 3],
+        joints: &Joints,
+    ) -> impl DoubleEndedIterator<Item = robots::Sphere> {
+        let state = BodyState {
+            base,
+            joints: *joints,
+        };
+        self.robot.arm_spheres(&state).into_iter()
     }
 
     /// Least room of the arm's spheres to mapped or unknown space, the floor and the map's border, m.
     pub fn arm_room(&self, base: [f64; 3], joints: &Joints) -> f64 {
-        let map = &self.mapper.map;
-        let (low, size, h) = (map.low(), map.size(), map.cell_size());
-        self.robot
-            .arm_spheres(&BodyState {
-                base,
-                joints: *joints,
-            })
-            .iter()
-            .map(|s| {
-                let mut room = self
-                    .mapper
-                    .distance
-                    .distance(s.center)
-                    .min(s.center[2] - low[2]);
-                for a in 0..2 {
-                    let high = low[a] + size[a] as f64 * h;
-                    room = room.min(s.center[a] - low[a]).min(high - s.center[a]);
-                }
-                room - s.radius
-            })
+        self.arm_spheres(base, joints)
+            .map(|s| self.room_of(&s))
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether [`arm_room`](Self::arm_room) is at least the arm's clearance.
+    fn arm_keeps_clear(&self, base: [f64; 3], joints: &Joints) -> bool {
+        // The camera's end touches something first.
+        self.arm_spheres(base, joints)
+            .rev()
+            .all(|s| self.room_of(&s) >= self.arm_clearance)
     }
 
     /// Least room of the whole body, m.
@@ -127,7 +152,7 @@ impl Whole<'_> {
 
     /// True if the arm keeps its clearance to the map and to the robot itself.
     pub fn arm_is_free(&self, base: [f64; 3], joints: &Joints) -> bool {
-        self.arm_room(base, joints) >= self.arm_clearance && self.robot.self_is_free(joints, 0.005)
+        self.arm_keeps_clear(base, joints) && self.robot.self_is_free(joints, 0.005)
     }
 }
 
@@ -153,14 +178,23 @@ impl viewsample::Robot for Whole<'_> {
         let frame =
             robots::Frame::from_rows(&world_from_camera.rotation, world_from_camera.translation);
         let found = self.robot.ik_camera_frame(base, &frame, near);
-        let free = |joints: &Joints| self.arm_room(base, joints) >= self.arm_clearance;
-        let first = found.as_slice().iter().find(|s| free(&s.joints))?;
+        let first = found
+            .as_slice()
+            .iter()
+            .find(|s| self.arm_keeps_clear(base, &s.joints))?;
         Some(first.joints)
     }
     fn is_free(&self, base: [f64; 3], joints: &Joints) -> bool {
-        self.base_is_free(base) && self.arm_room(base, joints) >= self.arm_clearance
+        self.base_is_free(base) && self.arm_keeps_clear(base, joints)
+    }
+    fn is_free_on_base(&self, base: [f64; 3], joints: &Joints) -> bool {
+        self.arm_keeps_clear(base, joints)
     }
     fn base_is_free(&self, base: [f64; 3]) -> bool {
-        self.base_room(base) >= self.base_clearance
+        self.base_circles(base).all(|(p, radius)| {
+            self.mapper
+                .ground
+                .has_clearance(p, radius + self.base_clearance)
+        })
     }
 }

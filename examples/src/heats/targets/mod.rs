@@ -11,6 +11,7 @@ use crate::heats::pace::Pace;
 use crate::heats::settings::{Sensors, Settings};
 use frontier::{Cell, Frontiers, Kind};
 use robots::MobileManipulator;
+use std::cell;
 use std::collections::BTreeSet;
 use viewsample::{
     Aim, Changes, Cluster, CostModel, Frustum, InverseReach, Params, Pose, Posture, Sampler,
@@ -136,15 +137,19 @@ struct Costs<'a> {
     ways: &'a Ways,
     failures: &'a Failures,
     now: f64,
+    /// The last pair of places and the way between them: postures are asked for base by base.
+    last: cell::Cell<Option<([[f64; 2]; 2], f64)>>,
 }
 
 impl CostModel<Joints> for Costs<'_> {
     fn seconds(&self, from: (&[f64; 3], &Joints), to: (&[f64; 3], &Joints)) -> f64 {
-        let base = [to.0[0], to.0[1]];
-        if self.failures.excludes(base, self.now) {
-            return f64::INFINITY;
-        }
-        let way = self.ways.meters([from.0[0], from.0[1]], base);
+        let places = [from.0, to.0].map(|base| [base[0], base[1]]);
+        let way = match self.last.get() {
+            Some((same, way)) if same == places => way,
+            _ if self.failures.excludes(places[1], self.now) => f64::INFINITY,
+            _ => self.ways.meters(places[0], places[1]),
+        };
+        self.last.set(Some((places, way)));
         self.pace.seconds(way, from, to)
     }
 }
@@ -486,6 +491,7 @@ impl Targets {
                 ways: &ways,
                 failures,
                 now,
+                last: cell::Cell::default(),
             };
             self.sampler.candidates(whole, &costs, robot.0, &robot.1)
         });
@@ -502,6 +508,7 @@ impl Targets {
                 ways: &ways,
                 failures,
                 now,
+                last: cell::Cell::default(),
             };
             let (covered, _) = watch.time(Stage::Viewpoints, || {
                 self.fewest(
@@ -528,6 +535,7 @@ impl Targets {
                 ways: &ways,
                 failures,
                 now,
+                last: cell::Cell::default(),
             };
             let ids: Vec<u64> = found.without.iter().map(|w| w.0).collect();
             let (last, _) = watch.time(Stage::Viewpoints, || {
