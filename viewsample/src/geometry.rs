@@ -255,8 +255,10 @@ pub(crate) struct Risers<'a> {
     frustum: &'a Frustum,
     /// From one cell to the next in the camera frame, m.
     up: [f64; 3],
-    /// The same as depth inside each border, and the cells that go on a metre of it; none along a border.
+    /// How much farther inside each border the next cell is, and the cells that go on a metre of it; none along a border.
     slopes: [(f64, Option<f64>); 5],
+    /// How much farther inside each border than cell 0 any cell is.
+    most: [f64; 5],
 }
 
 /// Cells within which the end of a run is taken to be uncertain.
@@ -272,6 +274,7 @@ impl<'a> Risers<'a> {
             frustum,
             up,
             slopes,
+            most: slopes.map(|(slope, _)| (63.0 * slope).max(0.0) + BLUR),
         }
     }
 
@@ -288,8 +291,11 @@ impl<'a> Risers<'a> {
         if mask == 0 {
             return 0;
         }
-        let (mut low, mut high) = (0.0_f64, 63.0_f64);
         let inside = Self::inside(self.frustum, p, self.frustum.near);
+        if (0..5).any(|k| inside[k] + self.most[k] < 0.0) {
+            return 0;
+        }
+        let (mut low, mut high) = (0.0_f64, 63.0_f64);
         let mut sure = true;
         for (a, (slope, cells)) in inside.into_iter().zip(self.slopes) {
             match cells {
@@ -315,14 +321,9 @@ impl<'a> Risers<'a> {
         let rim = if sure { BLUR } else { 1.0 };
         low = low.max(middle - half - rim);
         high = high.min(middle + half + rim);
-        let (first, last) = ((low - BLUR).ceil(), (high + BLUR).floor());
-        if first > last {
-            return 0;
-        }
-        let outer = run(first.max(0.0) as u32, last.min(63.0) as u32) & mask;
-        let (first, last) = ((low + 2.0 * BLUR).ceil(), (high - 2.0 * BLUR).floor());
-        let inner = if sure && first <= last {
-            run(first.max(0.0) as u32, last.min(63.0) as u32)
+        let outer = run(low - BLUR, high + BLUR) & mask;
+        let inner = if sure {
+            run(low + 2.0 * BLUR, high - 2.0 * BLUR)
         } else {
             0
         };
@@ -338,9 +339,15 @@ impl<'a> Risers<'a> {
     }
 }
 
-/// Bits `a..=b`, for `a <= b < 64`.
-fn run(a: u32, b: u32) -> u64 {
-    (u64::MAX >> (63 - b)) & (u64::MAX << a)
+/// Bits of the whole numbers from `low` to `high`, of those from 0 to 63.
+#[inline]
+fn run(low: f64, high: f64) -> u64 {
+    let (low, high) = (low.clamp(0.0, 64.0), high.clamp(-1.0, 63.0));
+    let first = low as u32 + u32::from(f64::from(low as u32) < low);
+    if high < 0.0 || first > 63 || first > high as u32 {
+        return 0;
+    }
+    (u64::MAX >> (63 - high as u32)) & (u64::MAX << first)
 }
 
 /// Which faces of a voxel an image shows whole, with a square around them.

@@ -63,6 +63,8 @@ pub(crate) struct Library {
     bases: Vec<Base>,
     candidates: Vec<Candidate>,
     postures: usize,
+    /// Index of the view offered last, and its information gain then.
+    offered: Option<(u32, f64)>,
 }
 
 /// What the search for views needs besides the library.
@@ -122,6 +124,7 @@ impl Library {
             bases: Vec::new(),
             candidates: Vec::new(),
             postures: postures.len(),
+            offered: None,
         };
         library.lay_out(world, sensors, params, postures);
         library
@@ -137,6 +140,7 @@ impl Library {
     ) {
         self.bases.clear();
         self.candidates.clear();
+        self.offered = None;
         for pose in base_poses(params, self.centroid) {
             let (reach, [x, y, _]) = (params.body_reach, pose);
             let eye = sensors.lidar.map_or([0.0; 3], |lidar| lidar.eye(pose));
@@ -220,7 +224,7 @@ impl Library {
         }
     }
 
-    /// The view with the largest score.
+    /// The view with the largest score, or the one offered last if it still has its share of gain.
     pub(crate) fn best<S, R, C>(
         &mut self,
         context: &Context<'_, S, R, C>,
@@ -231,6 +235,10 @@ impl Library {
         R: Robot<State = S> + ?Sized,
         C: CostModel<S> + ?Sized,
     {
+        let held = self.held(context, effort);
+        if let Some(entry) = held {
+            return Ok(self.viewpoint(context, entry));
+        }
         let mut found = None;
         let most = context.params.most_looks.unwrap_or(usize::MAX);
         let reason = self.ranked(context, most, effort, |entry| {
@@ -238,8 +246,54 @@ impl Library {
             false
         });
         match found {
-            Some(entry) => Ok(self.viewpoint(context, entry)),
-            None => Err(reason),
+            Some(entry) => {
+                let view = self.viewpoint(context, entry);
+                self.offered = Some((entry.index, view.gain.info));
+                Ok(view)
+            }
+            None => {
+                self.offered = None;
+                Err(reason)
+            }
+        }
+    }
+
+    /// The view offered last, if it can be taken up and has its share of gain.
+    fn held<S, R, C>(
+        &mut self,
+        context: &Context<'_, S, R, C>,
+        effort: &mut Effort,
+    ) -> Option<Entry>
+    where
+        R: Robot<State = S> + ?Sized,
+        C: CostModel<S> + ?Sized,
+    {
+        let (offered, info) = self.offered?;
+        let least = context
+            .params
+            .threshold
+            .max(context.params.hold_share? * info);
+        let (b, index) = (offered as usize / self.postures, offered as usize);
+        let state = &context.postures[index % self.postures].state;
+        let seconds = context
+            .costs
+            .seconds(context.from, (&self.bases[b].pose, state));
+        if !seconds.is_finite() || !self.body_is_free(context, index, effort) {
+            return None;
+        }
+        self.settle(context, b);
+        loop {
+            if !worth(self.bound(context, index), least) {
+                return None;
+            }
+            if self.is_exact(context, index) {
+                return Some(Entry {
+                    key: 0.0,
+                    index: offered,
+                    seconds: seconds.max(0.0),
+                });
+            }
+            self.refine(context, index, effort);
         }
     }
 

@@ -78,6 +78,10 @@ pub struct Params {
     /// Most views that [`candidates`](crate::Sampler::candidates) casts for a library before it names the best of them, those
     /// of highest bound first; none goes on until the best is certain.
     pub most_looks: Option<usize>,
+    /// Share of its information gain, in (0, 1], down to which the view that a library offered last is offered again without a
+    /// search; `None` searches always. A library far from the robot is searched anew whenever something in its sight changes;
+    /// with a share it is searched when that took away what it had to show.
+    pub hold_share: Option<f64>,
     /// Limits of the last try.
     pub relaxed: Relaxed,
 }
@@ -125,6 +129,7 @@ impl Default for Params {
             lidar_patience: 3,
             lidar_grid: 0.5,
             most_looks: None,
+            hold_share: None,
             relaxed: Relaxed {
                 widen: 0.3,
                 bearings: 24,
@@ -215,6 +220,14 @@ impl Params {
         natural("lidar_grid", self.lidar_grid)?;
         if let Some(most) = self.most_looks {
             count("most_looks", most, "1 or more")?;
+        }
+        if let Some(share) = self.hold_share {
+            check(
+                share > 0.0 && share <= 1.0,
+                "hold_share",
+                share,
+                "in (0, 1]",
+            )?;
         }
         natural("relaxed.widen", self.relaxed.widen)?;
         count("relaxed.bearings", self.relaxed.bearings, "1 to 1000")?;

@@ -450,6 +450,45 @@ proptest! {
         }
     }
 
+    /// With a share, a library goes on offering its view until that lost more, cannot be taken up or falls below the threshold;
+    /// then it offers what a search finds.
+    #[test]
+    fn views_are_held_until_they_lost_their_share(seed in any::<u64>(), share in prop_oneof![Just(1.0), 0.2..1.0f64]) {
+        let mut dice = Dice::new(seed);
+        let map = hall(&mut dice);
+        let all = clusters(&map, |_| false);
+        let params = Params { hold_share: Some(share), ..params() };
+        let (base, state) = ([3.0, 3.0, 0.3], [1.0, 0.0]);
+        let mut sampler = fresh(&map, &all, &params);
+        let first = sampler.candidates(&mast(&map), &COSTS, base, &state).unwrap().views;
+        prop_assert_eq!(&first, &fresh(&map, &all, &Params { hold_share: None, ..params.clone() })
+            .candidates(&mast(&map), &COSTS, base, &state).unwrap().views);
+        // Some cells are seen, and the robot goes elsewhere.
+        let seen: Vec<Cell> = all.iter().flat_map(|c| c.cells.clone()).filter(|_| dice.below(3) == 0).collect();
+        let left: Vec<OwnedCluster> = all.iter().map(|c| OwnedCluster {
+            cells: c.cells.iter().copied().filter(|c| !seen.contains(c)).collect(),
+            ..c.clone()
+        }).collect();
+        let changed: Vec<Cluster<'_>> = left.iter().zip(&all)
+            .map(|(left, all)| Cluster { centroid: all.borrow().centroid, ..left.borrow() })
+            .collect();
+        let boxes: Vec<(Cell, Cell)> = seen.iter().map(|c| (*c, c.map(|v| v + 1))).collect();
+        sampler.update(&map, &Changes { added: &changed, removed: &[], boxes: &boxes }).unwrap();
+        let elsewhere = [5.0, 2.0, -1.0];
+        let then = sampler.candidates(&mast(&map), &COSTS, elsewhere, &state).unwrap().views;
+        let mut anew = Sampler::new(&Params { hold_share: None, ..params.clone() }, solved(&map, &params)).unwrap();
+        anew.update(&map, &Changes { added: &changed, removed: &[], boxes: &[map.bounds()] }).unwrap();
+        let searched = anew.candidates(&mast(&map), &COSTS, elsewhere, &state).unwrap().views;
+        for view in &then {
+            prop_assert_eq!(sampler.gain_at(view.base, &view.camera).unwrap(), view.gain);
+            prop_assert!(view.gain.info >= params.threshold && mast(&map).is_free(view.base, &view.state));
+            let before = first.iter().find(|v| v.cluster == view.cluster);
+            let is_held = before.is_some_and(|v| (v.base, v.posture) == (view.base, view.posture) && view.gain.info >= share * v.gain.info);
+            prop_assert!(is_held || searched.contains(view), "{view:?}");
+        }
+        prop_assert_eq!(then.len(), searched.len());
+    }
+
     /// What a way shows is what its looks show together, each cell once; with a LiDAR only inspection counts.
     #[test]
     fn ways_show_what_their_looks_show(seed in any::<u64>()) {

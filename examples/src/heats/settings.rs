@@ -229,6 +229,9 @@ pub struct ViewSettings {
     pub clearance: f64,
     /// Most views cast for a cluster before the best of them is its candidate; 0 goes on until the best is certain.
     pub most_looks: usize,
+    /// Share of its information gain down to which a cluster's last candidate stays its candidate without a search; 0 searches
+    /// always.
+    pub hold_share: f64,
     /// Whether the arm is led through a posture that sees what is left along the base's path. False is the published rule.
     pub on_the_way: bool,
     /// Information gain that each second by which such a posture delays the path must bring (at 0.15 m voxels).
@@ -260,6 +263,7 @@ impl Default for ViewSettings {
             lidar_range: 8.0,
             clearance: 0.05,
             most_looks: 8,
+            hold_share: 0.5,
             on_the_way: true,
             delay_price: 45.0,
         }
@@ -595,6 +599,7 @@ impl Settings {
             self.motion.knots as f64,
             "between 2 and 400",
         )?;
+        share("views.hold_share", self.views.hold_share)?;
         share("decision.cover_share", self.decision.cover_share)?;
         share(
             "motion.reference_acceleration",

@@ -270,6 +270,7 @@ impl Targets {
             max_incidence: (settings.map.inspect_incidence < 90.0)
                 .then(|| settings.map.inspect_incidence.to_radians()),
             most_looks: (v.most_looks > 0).then_some(v.most_looks),
+            hold_share: (v.hold_share > 0.0).then_some(v.hold_share),
             relaxed: viewsample::Relaxed {
                 threshold: v.relaxed_threshold * per_area,
                 ..defaults.relaxed
