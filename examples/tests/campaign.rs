@@ -2,7 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use seekplan::bench::{
-    self, BenchError, Campaign, HeatsTables, Report, SuiteError, SuiteFile, TrialFile,
+    self, BenchError, Campaign, HeatsTables, Report, Suite, SuiteError, SuiteFile, TrialFile,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -311,6 +311,7 @@ fn versions_and_settings_are_not_mixed_and_missing_trials_are_named() {
     );
     for (from, to, word) in [
         ("\"version\": \"", "\"version\": \"9.", "version"),
+        ("\"sources\": \"", "\"sources\": \"other ", "sources"),
         ("\"rustc\": \"", "\"rustc\": \"other ", "rustc"),
         ("fnv1a64-", "fnv1a64-0", "scene_hash"),
         (
@@ -539,4 +540,54 @@ fn wrong_suites_are_refused_by_field() {
         bench::suite("/nowhere/a.toml", None),
         Err(BenchError::Suite(SuiteError::Read { .. }))
     ));
+}
+
+#[test]
+fn variants_are_rows_with_settings_of_their_own() {
+    let text = "planners = [\"heats-plus\", \"heats-plus:straight\", \"heats-plus:straight/camera\"]\nscenes = [\"closet\"]\nseeds = 1\n\
+        [set]\n\"heats-plus:straight\" = [\"views.on_the_way=false\"]\n";
+    let names =
+        |text: &str| -> Vec<String> { suite(text).trials().into_iter().map(|t| t.name).collect() };
+    assert_eq!(
+        names(text),
+        [
+            "closet.heats-plus.seed01",
+            "closet.heats-plus-straight.seed01",
+            "closet.heats-plus-straight-camera.seed01",
+        ]
+    );
+    let error = |text: &str| match SuiteFile::from_toml(text)
+        .map_err(BenchError::from)
+        .and_then(|f| HeatsTables::new(&f, None))
+    {
+        Err(BenchError::Suite(error)) => error.to_string(),
+        other => panic!("{other:?}"),
+    };
+    for (from, to, word) in [
+        (
+            "heats-plus:straight\" =",
+            "heats-plus:bent\" =",
+            "set.heats-plus:bent",
+        ),
+        (
+            "heats-plus:straight/camera",
+            "heats-plus:/camera",
+            "small letters",
+        ),
+        (
+            "heats-plus:straight/camera",
+            "heats-plus:A b",
+            "small letters",
+        ),
+        ("heats-plus:straight/camera", "magic:straight", "magic"),
+        ("heats-plus:straight/camera", "heats-plus:straight", "twice"),
+        (
+            "views.on_the_way=false",
+            "views.on_the_way=maybe",
+            "on_the_way",
+        ),
+    ] {
+        let error = error(&text.replace(from, to));
+        assert!(error.contains(word), "{to}: {error}");
+    }
 }

@@ -4,7 +4,7 @@ use super::campaign::{BenchError, Flaw, Kept, Left, Order, Suite, Trial};
 use super::curves::{Curve, curves};
 use super::page::{Mark, Plot, Section, page};
 use super::suite_file::{Resolved, SuiteFile, What};
-use super::trial_file::{Machine, TRIAL_SCHEMA, TrialFile, build, scene_hash};
+use super::trial_file::{BUILD, Machine, TRIAL_SCHEMA, TrialFile, scene_hash};
 use super::{left, spread};
 use crate::baselines;
 use crate::heats;
@@ -131,13 +131,14 @@ impl HeatsTables {
         if result.ended == Ended::Interrupted {
             return Ok(None);
         }
-        let (version, rustc) = build();
+        let [version, sources, rustc] = BUILD.map(str::to_owned);
         let file = TrialFile {
             schema: TRIAL_SCHEMA.to_owned(),
             trial: self.name(p),
             scene_hash: self.hashes[p.scene].clone(),
-            version: version.to_owned(),
-            rustc: rustc.to_owned(),
+            version,
+            sources,
+            rustc,
             result,
             machine: Machine::here(),
         };
@@ -219,8 +220,8 @@ impl Suite for HeatsTables {
             let _ = writeln!(table, "{title}\n{}", plain(&lines));
             let _ = writeln!(markdown, "**{title}**\n\n{}", marked(&lines));
         }
-        let (version, rustc) = build();
-        let build = format!("seekplan {version}, {rustc}.");
+        let [version, sources, rustc] = BUILD;
+        let build = format!("seekplan {version} of sources {sources}, {rustc}.");
         let (heading, notes) = if self.is_the_papers() {
             (PAPERS_TITLE, format!("{NOTES}{PAPER_NOTE}"))
         } else {
@@ -330,7 +331,7 @@ const SECOND_TITLE: &str = "Search time and completeness";
 const THIRD_TITLE: &str = "Base path and joint rotation";
 /// Heading of the paper's figures.
 const PAPER: &str = "paper";
-const SECOND: [&str; 7] = [
+const SECOND: [&str; 9] = [
     "scene",
     "planner",
     "time, s",
@@ -338,6 +339,8 @@ const SECOND: [&str; 7] = [
     "at the limit",
     "completeness, %",
     PAPER,
+    "last tag, s",
+    "inspected, %",
 ];
 const THIRD: [&str; 6] = [
     "scene",
@@ -347,8 +350,7 @@ const THIRD: [&str; 6] = [
     "joint rotation, rad",
     PAPER,
 ];
-const NOTES: &str =
-    "Mean ± standard deviation over seeds; at the limit: trials that the time limit ended";
+const NOTES: &str = "Mean ± standard deviation over seeds; at the limit: trials that the time limit ended; last tag: when the last one found was found";
 const PAPER_NOTE: &str = "; paper: what the HEATS paper reports for its own simulator, scenes of the same size and tags of its own.";
 const MARKS: &str = "Curves: mean over seeds, and the band between the least and the most. Boxes: median and quartiles, with whiskers to \
     the farthest trial within 1.5 of the box's width. Every mark is a trial and opens its report, or its result where the campaign was run without --reports. The settings in a \
@@ -374,6 +376,8 @@ fn summary(scene: &str, row: &str, results: &[&RunResult]) -> (Vec<String>, Vec<
         format!("{} of {}", limited.count(), results.len()),
         of(&|r| 100.0 * r.completeness, 1),
         paper(&|p| format!("{:.1}", p.3)),
+        of(&|r| r.last_target_time_s, 0),
+        of(&|r| 100.0 * r.inspected_fraction, 1),
     ];
     let third = [
         of(&|r| r.base_path_m, 1),
@@ -392,7 +396,7 @@ fn csv(files: &[TrialFile]) -> String {
     let mut text = String::from(
         "trial,scene,scene_hash,planner,sensors,seed,ended,targets,found,completeness,search_time_s,last_target_time_s,base_path_m,\
          joint_rotation_rad,explored_fraction,inspected_fraction,collisions,min_clearance_m,limit_violations,decisions,views_reached,\
-         planning_time_s,version\n",
+         planning_time_s,version,sources\n",
     );
     for f in files {
         let r = &f.result;
@@ -403,7 +407,7 @@ fn csv(files: &[TrialFile]) -> String {
         };
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{ended},{},{},{:.4},{:.2},{:.2},{:.3},{:.3},{:.5},{:.5},{},{:.4},{},{},{},{:.4},{}",
+            "{},{},{},{},{},{},{ended},{},{},{:.4},{:.2},{:.2},{:.3},{:.3},{:.5},{:.5},{},{:.4},{},{},{},{:.4},{},{}",
             f.trial,
             r.scene,
             f.scene_hash,
@@ -426,6 +430,7 @@ fn csv(files: &[TrialFile]) -> String {
             r.views_reached,
             r.planning_time_s,
             f.version,
+            f.sources,
         );
     }
     text
@@ -491,14 +496,14 @@ mod tests {
         }
         assert_eq!(
             suite.columns(&[SECOND.map(String::from).to_vec()])[0].len(),
-            7
+            9
         );
         let text = EMBEDDED.replace("\"office\", \"maze\"", "\"closet\"");
         let file = SuiteFile::from_toml(&text).expect("valid");
         let own = HeatsTables::new(&file, None).expect("valid");
         assert_eq!(
             own.columns(&[SECOND.map(String::from).to_vec()])[0].len(),
-            5
+            7
         );
     }
 }

@@ -91,7 +91,8 @@ pub enum Seeds {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SuiteFile {
-    /// Planners, each with its sensors behind a slash where not all of `sensors` are wanted: `heats/camera`.
+    /// Planners, each with its sensors behind a slash where not all of `sensors` are wanted: `heats/camera`. A name of one's own
+    /// behind a colon, `heats-plus:straight`, is the planner with what [`set`](Self::set) says for that name.
     pub planners: Vec<String>,
     /// Embedded scenes or paths.
     pub scenes: Vec<String>,
@@ -103,7 +104,8 @@ pub struct SuiteFile {
     /// Simulated seconds after which a trial ends; the scene's limit when absent.
     #[serde(default)]
     pub time_limit: Option<f64>,
-    /// Assignments for a planner, as for `--set`.
+    /// Assignments for a planner, as for `--set`; those for a variant (`heats-plus:straight`) do not hold for the planner itself,
+    /// nor the other way round.
     #[serde(default)]
     pub set: BTreeMap<String, Vec<String>>,
 }
@@ -242,15 +244,23 @@ impl SuiteFile {
 
     /// A planner with each of its sensors.
     fn rows(&self, field: &str, text: &str) -> Result<Vec<Row>, SuiteError> {
-        let name = bare(text);
+        let full = bare(text);
+        let (name, variant) = full.split_once(':').map_or((full, ""), |(n, v)| (n, v));
         let sets = || {
-            let own = self.set.get(name).into_iter().flatten();
+            let own = self.set.get(full).into_iter().flatten();
             own.map(String::as_str)
         };
         let wrong = |message: String| SuiteError::Settings {
-            field: format!("{field} = {name:?}"),
+            field: format!("{field} = {full:?}"),
             message,
         };
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        if full.contains(':') && (variant.is_empty() || !variant.chars().all(plain)) {
+            return Err(wrong(
+                "what follows the colon must be of small letters, digits and hyphens".into(),
+            ));
+        }
+        let row = full.replace(':', "-");
         let sensors_wrong = || SuiteError::Sensors {
             field: field.to_owned(),
             name: text.to_owned(),
@@ -268,7 +278,7 @@ impl SuiteFile {
             settings.time_limit = self.time_limit.or(settings.time_limit);
             settings.validate().map_err(|e| wrong(e.to_string()))?;
             return Ok(vec![Row {
-                name: name.to_owned(),
+                name: row,
                 what: What::Baseline(Box::new(settings)),
             }]);
         }
@@ -303,7 +313,7 @@ impl SuiteFile {
             settings.time_limit = self.time_limit.or(settings.time_limit);
             settings.validate().map_err(|e| wrong(e.to_string()))?;
             rows.push(Row {
-                name: format!("{name}{suffix}"),
+                name: format!("{row}{suffix}"),
                 what: What::Heats(Box::new(settings)),
             });
         }

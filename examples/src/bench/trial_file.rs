@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// Value of [`TrialFile::schema`].
-pub const TRIAL_SCHEMA: &str = "seekplan-trial/1";
+pub const TRIAL_SCHEMA: &str = "seekplan-trial/2";
 
 /// A trial's result file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +20,8 @@ pub struct TrialFile {
     pub scene_hash: String,
     /// Version of this program.
     pub version: String,
+    /// Hash of the sources it was built of.
+    pub sources: String,
     /// Compiler that built it.
     pub rustc: String,
     /// What came of it, with seed, all settings, counters; its `wall` is not reproducible.
@@ -56,10 +58,12 @@ impl Machine {
     }
 }
 
-/// Version of this program and the compiler that built it.
-pub(super) fn build() -> (&'static str, &'static str) {
-    (env!("CARGO_PKG_VERSION"), env!("SEEKPLAN_RUSTC"))
-}
+/// Version of this program, hash of the sources it was built of, and the compiler that built it.
+pub(super) const BUILD: [&str; 3] = [
+    env!("CARGO_PKG_VERSION"),
+    env!("SEEKPLAN_SOURCES"),
+    env!("SEEKPLAN_RUSTC"),
+];
 
 /// FNV-1a (64 bits) of a scene as JSON: the same for every file that says the same.
 pub fn scene_hash(scene: &Scene) -> String {
@@ -89,11 +93,12 @@ impl TrialFile {
     /// # Errors
     /// [`Flaw::Other`] naming what differs.
     pub fn check(&self, trial: &str, scene_hash: &str, settings: &str) -> Result<(), Flaw> {
-        let (version, rustc) = build();
+        let [version, sources, rustc] = BUILD;
         for (what, is, wanted) in [
             ("trial", self.trial.as_str(), trial),
             ("scene_hash", &self.scene_hash, scene_hash),
             ("version", &self.version, version),
+            ("sources", &self.sources, sources),
             ("rustc", &self.rustc, rustc),
             ("settings", &self.result.settings, settings),
         ] {

@@ -86,15 +86,15 @@ struct Via {
     holds_heading: bool,
 }
 
-/// The path with its arm led through the postures from which most is seen on the way; as it was if none are better.
-/// `worth` is the information of looks, `price` the information that a second of delay must bring. Also returns how many
-/// looks were asked for.
+/// The path with its arm led through the postures, two at `most`, from which most is seen on the way; as it was if none are
+/// better. `worth` is the information of looks, `price` the information that a second of delay must bring. Also returns how
+/// many looks were asked for.
 pub(super) fn improve(
     whole: &Whole<'_>,
     params: &MotionParams,
     postures: &[Joints],
     path: BodyPath,
-    price: f64,
+    (price, most): (f64, usize),
     worth: impl Fn(&[Look]) -> f64 + Sync,
 ) -> (BodyPath, usize) {
     if path.base.len() < FINE || !whole.arm_is_free(path.base[0], &path.joints[0]) {
@@ -130,6 +130,7 @@ pub(super) fn improve(
     rank(&mut led, &single);
     if let Some(&[first]) = led.first().map(|l| &l.1[..])
         && path.base.len() > LONG
+        && most > 1
     {
         let pairs: Vec<Vec<Via>> = vias
             .iter()
@@ -358,7 +359,7 @@ mod tests {
                 .map(|(_, camera)| (-camera.rotation[1][2]).max(0.0))
                 .sum::<f64>()
         };
-        let (led, asked) = improve(&whole, &params, &postures, path.clone(), 0.1, right);
+        let (led, asked) = improve(&whole, &params, &postures, path.clone(), (0.1, 2), right);
         assert!(asked > 0);
         assert_eq!(led.joints[0], path.joints[0]);
         assert_eq!(led.end(), path.end());
@@ -380,7 +381,7 @@ mod tests {
             value(&led),
             value(&path)
         );
-        let (again, _) = improve(&whole, &params, &postures, path, 0.1, right);
+        let (again, _) = improve(&whole, &params, &postures, path, (0.1, 2), right);
         assert_eq!(again, led);
     }
 
@@ -398,7 +399,7 @@ mod tests {
             &params,
             &[path.joints[0]],
             path.clone(),
-            1.0,
+            (1.0, 2),
             |_| 0.0,
         );
         assert_eq!(led, path);

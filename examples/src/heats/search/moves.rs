@@ -158,33 +158,66 @@ impl Search<'_> {
         from: &Departure,
     ) -> Result<(Choice, Planned), Failure> {
         let others = std::mem::take(&mut self.targets.alternatives);
-        let first = self.plan_motion(now, next, from);
-        if others.is_empty() {
-            return Ok((next.clone(), first?));
-        }
+        let several = !others.is_empty();
         let mut effort = (0, 0);
-        let mut rate = |search: &Self, choice: &Choice, (path, _, spent): &Planned| {
-            let looks = glance::looks(&search.whole(), path);
-            effort = (effort.0 + spent.0, effort.1 + spent.1 + looks.len());
-            // What a last try may show does not count as inspected, and little else is left on its way.
-            let own = if choice.relaxed { choice.info } else { 0.0 };
-            search.targets.gain_along(&looks).max(own) / (path.seconds() + SETTING_OUT)
-        };
-        let mut best = first.map(|planned| (rate(self, next, &planned), next.clone(), planned));
-        for choice in others {
-            let Ok(planned) = self.plan_motion(now, &choice, from) else {
-                continue;
-            };
-            let rate = rate(self, &choice, &planned);
-            if best.as_ref().map_or(true, |b| rate > b.0) {
-                best = Ok((rate, choice, planned));
+        let mut best: Result<(f64, Choice, Planned), Failure> =
+            Err(Failure("no view to plan for".into()));
+        for (k, choice) in std::iter::once(next.clone()).chain(others).enumerate() {
+            match self.plan_motion(now, &choice, from) {
+                Ok(straight) => {
+                    let (rate, looks) = if several {
+                        self.rate(&choice, &straight.0)
+                    } else {
+                        (0.0, 0)
+                    };
+                    effort.0 += straight.2.0;
+                    effort.1 += straight.2.1 + looks;
+                    if best.as_ref().map_or(true, |(least, ..)| rate > *least) {
+                        best = Ok((rate, choice, straight));
+                    }
+                }
+                // It is the next view of the tour that is blamed.
+                Err(failure) if k == 0 => best = Err(failure),
+                Err(_) => {}
             }
         }
-        best.map(|(_, choice, (path, camera, _))| (choice, (path, camera, effort)))
+        let (_, choice, (path, camera, _)) = best?;
+        let (path, looks) = self.lead(path, 2);
+        Ok((choice, (path, camera, (effort.0, effort.1 + looks))))
+    }
+
+    /// Information a second of a way when its arm is led through one posture, and how many looks were asked for.
+    fn rate(&mut self, choice: &Choice, path: &BodyPath) -> (f64, usize) {
+        let (path, asked) = self.lead(path.clone(), 1);
+        let looks = glance::looks(&self.whole(), &path);
+        // What a last try may show does not count as inspected, and little else is left on its way.
+        let own = if choice.relaxed { choice.info } else { 0.0 };
+        let seen = self.targets.gain_along(&looks).max(own);
+        (seen / (path.seconds() + SETTING_OUT), asked + looks.len())
+    }
+
+    /// A path with its arm led through at most so many postures that see what is left, and how many looks were asked for.
+    fn lead(&mut self, path: BodyPath, most: usize) -> (BodyPath, usize) {
+        if !self.settings.views.on_the_way {
+            return (path, 0);
+        }
+        let lap = Lap::start();
+        let whole = whole(&self.robot, &self.mapper, self.settings);
+        let targets = &self.targets;
+        let led = glance::improve(
+            &whole,
+            &self.motion_params,
+            &self.postures,
+            path,
+            (self.settings.views.delay_price, most),
+            |looks| targets.gain_along(looks),
+        );
+        self.watch.stop(Stage::ArmPath, lap);
+        led
     }
 
     /// Base with free yaw first; where the arm cannot make up for it, the yaw of the library (sect. V-A).
-    pub(super) fn plan_motion(
+    fn plan_motion(
         &mut self,
         now: f64,
         choice: &Choice,
@@ -268,22 +301,6 @@ impl Search<'_> {
                 Err(failure) => tried = Err(failure),
             }
         }
-        let (path, camera) = tried?;
-        if !self.settings.views.on_the_way {
-            return Ok((path, camera, effort));
-        }
-        let lap = Lap::start();
-        let targets = &self.targets;
-        let (path, looks) = glance::improve(
-            &whole,
-            &self.motion_params,
-            &self.postures,
-            path,
-            self.settings.views.delay_price,
-            |looks| targets.gain_along(looks),
-        );
-        self.watch.stop(Stage::ArmPath, lap);
-        effort.1 += looks;
-        Ok((path, camera, effort))
+        tried.map(|(path, camera)| (path, camera, effort))
     }
 }
