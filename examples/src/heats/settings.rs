@@ -263,7 +263,7 @@ impl Default for ViewSettings {
             lidar_range: 8.0,
             clearance: 0.05,
             most_looks: 8,
-            hold_share: 0.5,
+            hold_share: 0.8,
             on_the_way: true,
             delay_price: 45.0,
         }
