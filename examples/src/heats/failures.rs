@@ -6,6 +6,9 @@ use std::collections::BTreeSet;
 /// Radius around a failed goal that shares its exclusion, m.
 const RADIUS: f64 = 0.5;
 
+/// Distance up to which two cameras are the same view, m.
+const SAME_VIEW: f64 = 0.05;
+
 /// A base goal that failed.
 #[derive(Clone, Debug)]
 struct Exclusion {
@@ -18,6 +21,8 @@ struct Exclusion {
 #[derive(Clone, Debug, Default)]
 pub struct Failures {
     exclusions: Vec<Exclusion>,
+    /// Views that were reached in vain, and how often.
+    vain: Vec<([f64; 3], u32)>,
     cells: BTreeSet<[i32; 3]>,
     /// Places that are no longer tried, in order.
     pub given_up: Vec<GivenUp>,
@@ -50,6 +55,25 @@ impl Failures {
         exclusion.failures += 1;
         exclusion.until = now + first * f64::from(1 << (exclusion.failures - 1).min(10));
         exclusion.failures
+    }
+
+    /// Notes that a view was reached and did not show what it promises; `camera` is its position, m. Returns how often that
+    /// happened there.
+    pub fn reach_in_vain(&mut self, camera: [f64; 3]) -> u32 {
+        let same = |other: &[f64; 3]| {
+            let square: f64 = (0..3).map(|a| (camera[a] - other[a]).powi(2)).sum();
+            square.sqrt() <= SAME_VIEW
+        };
+        match self.vain.iter_mut().find(|(other, _)| same(other)) {
+            Some((_, times)) => {
+                *times += 1;
+                *times
+            }
+            None => {
+                self.vain.push((camera, 1));
+                1
+            }
+        }
     }
 
     /// Ends every running exclusion, for the last round before the search is declared complete. True if there were any.
@@ -102,6 +126,14 @@ mod tests {
         assert!(failures.excludes([1.0, 1.0], 39.9));
         assert!(failures.lift(39.9));
         assert!(!failures.excludes([1.0, 1.0], 39.9));
+    }
+
+    #[test]
+    fn views_reached_in_vain_are_counted_one_by_one() {
+        let mut failures = Failures::default();
+        assert_eq!(failures.reach_in_vain([1.0, 2.0, 0.5]), 1);
+        assert_eq!(failures.reach_in_vain([1.0, 2.0, 1.5]), 1);
+        assert_eq!(failures.reach_in_vain([1.02, 2.0, 0.5]), 2);
     }
 
     #[test]

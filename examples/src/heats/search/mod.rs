@@ -649,16 +649,26 @@ impl<'a> Search<'a> {
             rotation,
             translation,
         };
-        if self.targets.gain_at(base, &camera) < 0.5 * reached.expected {
+        let least = 0.5 * reached.expected;
+        let (wanted_base, wanted) = (reached.choice.base, &reached.choice.camera);
+        let (cells, reason) = if self.targets.gain_at(base, &camera) >= least {
+            (
+                self.targets.seen_from(base, &camera),
+                "in sight of a reached view, but never inspected",
+            )
+        } else if self.targets.gain_at(wanted_base, wanted) >= least
+            && self.failures.reach_in_vain(wanted.translation) >= self.settings.decision.strikes
+        {
+            // From where the robot came to stand, as near as it goes, it is out of sight.
+            (
+                self.targets.seen_from(wanted_base, wanted),
+                "promised by a view that never showed it when it was reached",
+            )
+        } else {
             return Ok(());
-        }
-        let cells = self.targets.seen_from(base, &camera);
-        self.failures.give_up(
-            &cells,
-            translation,
-            "in sight of a reached view, but never inspected",
-            now,
-        );
+        };
+        self.failures
+            .give_up(&cells, wanted.translation, reason, now);
         let whole = whole(&self.robot, &self.mapper, self.settings);
         self.targets
             .drop_given_up(&whole, &self.failures)

@@ -5,6 +5,10 @@ use super::*;
 /// A whole-body path, the camera's pose at its end, and what planning it took: nodes expanded, looks and samples.
 type Planned = (BodyPath, Pose, (usize, usize));
 
+/// Time for a turn of the base on the first look around, s.
+const LOOK_ROUND: f64 = 7.0;
+/// Time in which the arm is lowered on it, s.
+const LOWERING: f64 = 2.5;
 /// Time after which planning that ran out of its budget is tried again, s.
 const AGAIN: f64 = 0.5;
 /// Time that any way takes beyond its own, s.
@@ -13,13 +17,18 @@ const SETTING_OUT: f64 = 0.3;
 impl Search<'_> {
     /// Turns once on the spot with the camera down, so that the floor around the start is known (G item 9); where the base cannot
     /// turn, the shoulder does. Without a LiDAR the arm knows nothing beside it, so the camera first turns level, where it is,
-    /// and is lowered for the way back.
+    /// and is lowered for the way back; and the base turns only where the ground is known to be free for it.
     pub(super) fn look_around(&mut self, now: f64) {
         let state = self.state();
         let whole = self.whole();
+        // A LiDAR shows the ground beside the base while it turns; without one it must be known before.
+        let least = match self.settings.sensors {
+            Sensors::Both => -0.5,
+            Sensors::Camera => whole.base_clearance,
+        };
         let turns = (0..36).all(|i| {
             let yaw = state.base[2] + f64::from(i) * std::f64::consts::TAU / 36.0;
-            whole.base_room([state.base[0], state.base[1], yaw]) >= -0.5
+            whole.base_room([state.base[0], state.base[1], yaw]) >= least
         }) && (0..36).all(|i| {
             let yaw = state.base[2] + f64::from(i) * std::f64::consts::TAU / 36.0;
             whole.robot.base_circles().iter().all(|&([x, y], r)| {
@@ -28,45 +37,51 @@ impl Search<'_> {
                 self.mapper.ground.obstacle_clearance(p) >= r + 0.1
             })
         });
-        let steps = 70;
-        let ease = |i: usize| {
-            let t = i as f64 / steps as f64;
-            // Smoothstep: rest to rest, within the acceleration limits.
-            t * t * (3.0 - 2.0 * t)
+        // Turns in order, each from where the last one ended, with the arm as it is or lowered.
+        let (side, round) = (0.8 * std::f64::consts::PI, std::f64::consts::TAU);
+        let both = self.settings.sensors == Sensors::Both;
+        let legs: &[(f64, bool)] = match (turns, both) {
+            (true, true) => &[(round, true)],
+            (true, false) => &[(round, false), (0.0, true)],
+            (false, true) => &[(side, true), (-side, true), (0.0, true)],
+            (false, false) => &[(side, false), (-side, false), (side, true)],
         };
         let mut path = BodyPath {
             base: Vec::new(),
             joints: Vec::new(),
         };
-        let level_first = self.settings.sensors == Sensors::Camera;
-        let passes: &[bool] = if level_first { &[false, true] } else { &[true] };
-        let reach = if turns { steps } else { 3 * steps };
-        for (pass, &lowers) in passes.iter().enumerate() {
-            for i in 0..=reach {
-                let lower = (i as f64 * STEP / 2.5).min(f64::from(u8::from(lowers)));
-                let lower = lower * lower * (3.0 - 2.0 * lower);
+        let (mut at, mut lowered) = (0.0, false);
+        for &(to, lowers) in legs {
+            let seconds = if turns {
+                LOOK_ROUND
+            } else {
+                1.5 * (to - at).abs() / self.motion_params.joint_speed
+            };
+            let steps = (seconds / STEP).ceil() as usize;
+            for i in 0..=steps {
+                // Smoothstep: rest to rest, within the acceleration limits.
+                let ease = |t: f64| t * t * (3.0 - 2.0 * t);
+                let turn = at + (to - at) * ease(i as f64 / steps as f64);
+                let lower = if lowered {
+                    1.0
+                } else if lowers {
+                    ease((i as f64 * STEP / LOWERING).min(1.0))
+                } else {
+                    0.0
+                };
                 let mut joints: Joints = std::array::from_fn(|j| {
                     state.joints[j] + lower * (self.camera_down[j] - state.joints[j])
                 });
                 let mut base = state.base;
                 if turns {
-                    let part = if pass == 0 { ease(i) } else { 1.0 - ease(i) };
-                    base[2] += std::f64::consts::TAU * part;
+                    base[2] += turn;
                 } else {
-                    // Shoulder: a third of the time each to one side, to the other, and back.
-                    let third = i / steps;
-                    let part = ease(i - third * steps);
-                    let side = std::f64::consts::PI * 0.8;
-                    joints[0] += match third {
-                        0 => side * part,
-                        1 => side * (1.0 - 2.0 * part),
-                        2 => -side * (1.0 - part),
-                        _ => 0.0,
-                    };
+                    joints[0] += turn;
                 }
                 path.base.push(base);
                 path.joints.push(joints);
             }
+            (at, lowered) = (to, lowers);
         }
         let (base, joints) = path.end();
         let camera = camera_at(&self.robot, base, &joints);
