@@ -1,7 +1,7 @@
 //! HEATS on the small embedded scene, whole, twice.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use seekplan::heats::{self, Sensors, Settings};
+use seekplan::heats::{self, Planner, Sensors, Settings};
 use seekplan::record::{Ended, RunResult};
 use seekplan::scene::Scene;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -53,6 +53,46 @@ fn the_closet_is_searched_with_the_camera_alone() {
     assert_eq!(result.ended, Ended::Complete);
     assert_eq!(result.found, result.targets);
     assert_eq!((result.collisions, result.limit_violations), (0, 0));
+}
+
+/// A view that never shows what it promises is not gone to for ever.
+#[test]
+fn the_published_rules_come_to_an_end() {
+    let settings = Settings {
+        seed: 1,
+        sensors: Sensors::Camera,
+        ..Settings::of(Planner::Heats).unwrap()
+    };
+    let result = run(&settings);
+    assert_eq!(result.ended, Ended::Complete);
+    assert_eq!(result.found, result.targets);
+    assert_eq!((result.collisions, result.limit_violations), (0, 0));
+}
+
+/// Without a LiDAR nothing is known of the ground beside the base, and in the open no wall is near that an image shows.
+#[test]
+fn the_camera_alone_sets_out_in_the_open() {
+    for (scene, planner) in [
+        ("office", Planner::Heats),
+        ("maze", Planner::Heats),
+        ("maze", Planner::HeatsPlus),
+    ] {
+        let settings = Settings {
+            seed: 1,
+            sensors: Sensors::Camera,
+            time_limit: Some(45.0),
+            ..Settings::of(planner).unwrap()
+        };
+        let name = format!("{scene} {}", planner.name());
+        let scene = Scene::builtin(scene).unwrap();
+        let result = heats::run(&scene, &settings, &AtomicBool::new(false), &mut |_| {})
+            .unwrap()
+            .result;
+        assert_eq!(result.ended, Ended::TimeLimit, "{name}");
+        assert_eq!(result.brakes, 0, "{name}");
+        assert!(result.views_reached > 0, "{name}");
+        assert_eq!((result.collisions, result.limit_violations), (0, 0));
+    }
 }
 
 #[test]
