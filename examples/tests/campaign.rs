@@ -591,3 +591,17 @@ fn variants_are_rows_with_settings_of_their_own() {
         assert!(error.contains(word), "{to}: {error}");
     }
 }
+
+/// Suites that come with the program name planners, scenes and settings that exist.
+#[test]
+fn suites_that_come_along_can_be_run() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("suites");
+    let mut seen = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let suite = bench::suite(path.to_str().unwrap(), Some(1));
+        assert!(!suite.unwrap().trials().is_empty(), "{}", path.display());
+        seen += 1;
+    }
+    assert!(seen >= 3, "{seen} suites");
+}
