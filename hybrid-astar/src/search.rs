@@ -156,6 +156,10 @@ const REFINE: usize = 48;
 /// Expansions on the given lattice, and then on one twice as fine, before something else is tried: a passage hardly
 /// wider than the footprint asks for the right place to a centimetre.
 const SHARES: [usize; 2] = [1200, 2400];
+/// Length of a way for which they are meant, m; a longer one passes more corners, each of which takes its part.
+const USUAL: f64 = 10.0;
+/// How many times as many they become at most.
+const LONGEST: f64 = 8.0;
 /// Expansions before it is asked whether the footprint can pass at all.
 const LOOK: usize = 400;
 /// Half the width of the strip to which the wave is then led, m.
@@ -187,7 +191,18 @@ pub(crate) fn search<M: Map>(
             ..Found::nothing(task.start)
         };
     }
-    let share = SHARES[0].min(budget);
+    let length = match lazy.raster.index([task.start[0], task.start[1]]) {
+        Some(at) => f64::from(wave.settle(&mut lazy, at)),
+        None => 0.0,
+    };
+    // From a start that the wave does not reach it says nothing.
+    let longer = if length.is_finite() {
+        (length / USUAL).clamp(1.0, LONGEST)
+    } else {
+        1.0
+    };
+    let shares = SHARES.map(|share| (longer * share as f64) as usize);
+    let share = shares[0].min(budget);
     let mut found = attempt(task, raster, wave, 1, share, Some(LOOK), stop);
     let mut spent = found.expansions;
     let hopeless = found.exhausted && spent == 0;
@@ -219,7 +234,7 @@ pub(crate) fn search<M: Map>(
     };
     for _ in 0..=DETOURS {
         let (r, w) = &mut dear;
-        for (split, share) in [(1, SHARES[0]), (2, SHARES[1])] {
+        for (split, share) in [(1, shares[0]), (2, shares[1])] {
             found = attempt(task, r, w, split, share.min(budget - spent), None, stop);
             let hopeless = found.exhausted && split == 2;
             spent += found.expansions;

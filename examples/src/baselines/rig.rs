@@ -15,7 +15,7 @@ use crate::report::Status;
 use crate::scene::Scene;
 use crate::sim::{
     DepthCamera, DepthModel, GroundTruth, Lidar, LidarModel, MotionLimits, Noise, Simulator,
-    TagCamera, TagDetector, World,
+    TagDetector, World,
 };
 use hybrid_astar::{Limits, Planner};
 use robots::{BodyState, MobileManipulator, View as Attitude};
@@ -140,11 +140,8 @@ impl<'a> Rig<'a> {
         );
         let depth = DepthCamera::new(DepthModel::default(), noise(1));
         let field = depth.model().field;
-        let tag_camera = TagCamera::new(mapper.inspect_range);
-        let rgb = (
-            (0.5 * tag_camera.field[0]).tan(),
-            (0.5 * tag_camera.field[1]).tan(),
-        );
+        let tag_camera = settings.map.tag_camera(mapper.inspect_range);
+        let rgb = tag_camera.tangents();
         let detector = TagDetector::new(tag_camera, &scene.tags);
         let start = [scene.start.x, scene.start.y, scene.start.yaw];
         let sim = Simulator::new(

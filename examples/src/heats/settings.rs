@@ -5,6 +5,7 @@
 
 use super::fault::FaultSettings;
 use super::start::StartSettings;
+use crate::sim::TagCamera;
 use crate::tree::{assign, overlay};
 use serde::{Deserialize, Serialize};
 
@@ -97,6 +98,9 @@ pub struct MapSettings {
     pub cell_size: Option<f64>,
     /// Largest distance at which a voxel counts as inspected, m; the scene's `d_ins` when absent (HEATS: 4.0).
     pub inspect_range: Option<f64>,
+    /// Horizontal and vertical field of view of the RGB camera that inspects and finds tags, degrees: that of a RealSense D435i's
+    /// colour sensor. HEATS names none for its simulation; (87, 58) is that of the depth sensor beside it.
+    pub rgb_field: (f64, f64),
     /// Height band of surfaces to inspect above the floor, m. Floor and ceiling are left out.
     pub inspect_band: (f64, f64),
     /// Largest angle between a face's normal and the direction to the camera at which the face counts as inspected, degrees.
@@ -134,11 +138,23 @@ pub struct MapSettings {
     pub truncation: f64,
 }
 
+impl MapSettings {
+    /// The RGB camera, with its reach in m.
+    pub fn tag_camera(&self, reach: f64) -> TagCamera {
+        let (across, down) = self.rgb_field;
+        TagCamera {
+            field: [across, down].map(f64::to_radians),
+            ..TagCamera::new(reach)
+        }
+    }
+}
+
 impl Default for MapSettings {
     fn default() -> Self {
         Self {
             cell_size: None,
             inspect_range: None,
+            rgb_field: (69.0, 42.0),
             inspect_band: (0.0, 2.4),
             inspect_incidence: 64.0,
             target: 0.06,
@@ -526,6 +542,13 @@ impl Settings {
         }
         if let Some(range) = self.map.inspect_range {
             positive("map.inspect_range", range)?;
+        }
+        for (field, angle) in [
+            ("map.rgb_field[0]", self.map.rgb_field.0),
+            ("map.rgb_field[1]", self.map.rgb_field.1),
+        ] {
+            let ok = (1.0..=150.0).contains(&angle);
+            check(ok, field, angle, "between 1 and 150 degrees")?;
         }
         band("map.inspect_band", self.map.inspect_band)?;
         positive("map.inspect_incidence", self.map.inspect_incidence)?;

@@ -43,9 +43,15 @@ impl TagCamera {
         }
     }
 
+    /// Tangents of half the field of view, across and down.
+    pub fn tangents(&self) -> (f64, f64) {
+        let [across, down] = self.field.map(|angle| (0.5 * angle).tan());
+        (across, down)
+    }
+
     /// Whether one image of a camera at rest shows the tag well enough.
     pub fn sees(&self, world: &World, (rotation, origin): &CameraPose, tag: &Tag) -> bool {
-        let tangent = self.field.map(|a| (0.5 * a).tan());
+        let tangent = <[f64; 2]>::from(self.tangents());
         let focal = [0, 1].map(|k| 0.5 * self.size[k] / tangent[k]);
         let away = [0, 1, 2].map(|k| origin[k] - tag.center[k]);
         let distance = away.iter().map(|v| v * v).sum::<f64>().sqrt();

@@ -27,7 +27,7 @@ use crate::report::Status;
 use crate::scene::{Scene, SceneError};
 use crate::sim::{
     DepthCamera, DepthModel, GroundTruth, Lidar, LidarModel, MotionLimits, Noise, Simulator, TICK,
-    TagCamera, TagDetector, World,
+    TagDetector, World,
 };
 use faults::Faults;
 use hybrid_astar::{GoalYaw, Limits, Planner};

@@ -130,11 +130,8 @@ impl<'a> Search<'a> {
             noise(0),
         );
         let depth = DepthCamera::new(DepthModel::default(), noise(1));
-        let tag_camera = TagCamera::new(mapper.inspect_range);
-        let rgb = (
-            (0.5 * tag_camera.field[0]).tan(),
-            (0.5 * tag_camera.field[1]).tan(),
-        );
+        let tag_camera = settings.map.tag_camera(mapper.inspect_range);
+        let rgb = tag_camera.tangents();
         let detector = TagDetector::new(tag_camera, &scene.tags);
         let start = [scene.start.x, scene.start.y, scene.start.yaw];
         let sim = Simulator::new(

@@ -254,9 +254,9 @@ impl Targets {
                 far: 4.0,
                 ..defaults.depth
             },
-            rgb: Frustum {
-                far: inspect_range,
-                ..defaults.rgb
+            rgb: {
+                let (across, down) = settings.map.rgb_field;
+                Frustum::degrees(across, down, defaults.rgb.near, inspect_range)
             },
             target: Some(settings.map.target),
             motion_decay: v.motion_decay,
