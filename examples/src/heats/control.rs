@@ -18,12 +18,18 @@ type U = SVector<f64, 8>;
 /// Beyond these distances a constraint does not push: inputs, joints (rad), clearance (m), self-clearance (m).
 const CUTOFFS: (f64, f64, f64, f64) = (0.05, 0.2, 0.25, 0.08);
 
+/// How much nearer than it is a body may come to a surface that showed up inside the margin, on its way out, m: sliding along the
+/// side of a voxel must not be refused for what interpolation adds and takes.
+const SLIDE: f64 = 0.005;
+
 /// The controller of one run.
 pub struct Controller {
     mpc: Mpc<9, 8>,
     settings: MotionSettings,
     limits: MotionLimits,
     guard: GuardParams<8>,
+    /// Room that is kept while the margin is not there, m; set once when that begins, so that slack does not add up.
+    floor: Option<f64>,
     /// Input asked for at present.
     wanted: U,
     /// Commands replaced by braking.
@@ -79,6 +85,7 @@ impl Controller {
                 look: TICK,
                 margin: settings.guard_margin,
             },
+            floor: None,
             wanted: U::zeros(),
             brakes: 0,
         })
@@ -183,11 +190,20 @@ impl Controller {
             let own = whole.robot.self_clearance(&joints) + self.settings.guard_margin;
             whole.room([x[0], x[1], x[2]], &joints).min(own)
         };
+        let room = clearance(&x0);
+        self.floor = match self.floor {
+            _ if room >= self.guard.margin => None,
+            Some(floor) if room >= floor => Some(floor),
+            _ => Some(room - SLIDE),
+        };
         let (u, verdict) = guard(
             &x0,
             &now,
             &command,
-            &self.guard,
+            &GuardParams {
+                margin: self.floor.unwrap_or(self.guard.margin),
+                ..self.guard.clone()
+            },
             |x, u, dt| whole.robot.step(x, u, dt),
             clearance,
         );
@@ -218,5 +234,92 @@ impl Controller {
             );
         }
         command
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::heats::mapping::Mapper;
+    use crate::heats::settings::Settings;
+    use crate::scene::Scene;
+    use robots::MobileManipulator;
+
+    /// A body beside which a surface shows up, so near that the margin is gone, drives on along it and gets away.
+    #[test]
+    fn a_surface_that_shows_up_beside_the_base_does_not_hold_it() {
+        let scene = Scene::builtin("closet").expect("embedded");
+        let settings = Settings::default();
+        let robot = MobileManipulator::default();
+        for depth in [-0.01, 0.0, 0.01, 0.03] {
+            let mut mapper = Mapper::new(&scene, &settings).expect("a small map");
+            mapper.map.set_free_sphere([2.0, 2.0, 1.0], 20.0);
+            let h = mapper.map.cell_size();
+            // One voxel in the side of the base, `depth` m deep.
+            let edge = ((2.0 / h).floor() + 2.0) * h;
+            let hit = [1.0, edge as f32 + 0.5 * h as f32, 0.3];
+            for _ in 0..4 {
+                let origin = [1.0, 3.2, 0.3];
+                mapper
+                    .integrate(origin, &[hit], &[], 10.0, &[])
+                    .expect("finite");
+            }
+            let _ = mapper.refresh();
+            let whole = Whole {
+                robot: &robot,
+                mapper: &mapper,
+                base_clearance: 0.0,
+                arm_clearance: 0.0,
+            };
+            let y = edge + depth - 0.275;
+            let view = robots::View {
+                height: 1.1,
+                pitch: -0.3,
+            };
+            let joints = robot
+                .postures(&[view], &robots::PostureWeights::default())
+                .expect("in reach")[0]
+                .joints;
+            // Along the voxel and past it, in 4 s.
+            let path = BodyPath {
+                base: (0..=40)
+                    .map(|k| [1.0 + 0.03 * f64::from(k), y, 0.0])
+                    .collect(),
+                joints: vec![joints; 41],
+            };
+            let limits = MotionLimits::for_scene(&scene.limits);
+            let mut controller = Controller::new(&settings.motion, &limits).expect("good settings");
+            let mut x = state_vector(path.base[0], &joints);
+            let mut u = U::zeros();
+            let deepest = whole.room(path.base[0], &joints);
+            let mut least = deepest;
+            let mut t = 0.0;
+            let state = |x: &X, u: &U| State {
+                base: [x[0], x[1], x[2]],
+                joints: std::array::from_fn(|j| x[3 + j]),
+                v: u[0],
+                w: u[1],
+                qd: std::array::from_fn(|j| u[2 + j]),
+            };
+            for _ in 0..250 {
+                controller
+                    .step(&whole, &state(&x, &u), &path, t)
+                    .expect("finite");
+                for _ in 0..2 {
+                    u = input_vector(&controller.tick(&state(&x, &u)));
+                    x = whole.robot.step(&x, &u, TICK);
+                }
+                t += settings.motion.control_period;
+                let now = state(&x, &u);
+                least = least.min(whole.room(now.base, &now.joints));
+            }
+            assert!(
+                x[0] > 1.9,
+                "{depth}: got to {:.3} of 2.2, {} brakes",
+                x[0],
+                controller.brakes
+            );
+            assert!(least >= deepest.min(settings.motion.guard_margin) - SLIDE - 1e-3);
+        }
     }
 }
