@@ -21,7 +21,7 @@ pub enum Command {
     Flap(FlapArgs),
     /// Run a suite of trials and tabulate it.
     Bench(BenchArgs),
-    /// Check a scene file.
+    /// Check a scene file, or make one.
     Scene(SceneArgs),
     /// Make report.html anew from a run's recording.
     Report(ReportArgs),
@@ -177,6 +177,45 @@ pub enum SceneAction {
         /// Embedded scene or path.
         scene: String,
     },
+    /// Make a building of any size, furnished, with targets the robot can see.
+    Generate(GenerateArgs),
+}
+
+/// Options of `seekplan scene generate`.
+#[derive(Clone, Debug, Args)]
+pub struct GenerateArgs {
+    /// Kind of building.
+    #[arg(long, default_value = "rooms")]
+    pub layout: LayoutArg,
+    /// Length and width, m, e.g. 40x30.
+    #[arg(long, value_name = "LxW", default_value = "24x16")]
+    pub size: String,
+    /// Width of doors, m.
+    #[arg(long, value_name = "M", default_value_t = 0.9)]
+    pub door: f64,
+    /// Number of targets.
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    pub tags: usize,
+    /// Wall one room up.
+    #[arg(long)]
+    pub closed_room: bool,
+    /// Seed of everything drawn.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// File to write.
+    #[arg(long, value_name = "FILE.json")]
+    pub out: PathBuf,
+}
+
+/// Values of `--layout`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LayoutArg {
+    /// Rooms with one door in each wall between them.
+    Rooms,
+    /// A grid maze.
+    Maze,
+    /// A hall with rows of shelves.
+    Aisles,
 }
 
 /// Options of `seekplan report`.

@@ -1,12 +1,13 @@
 //! Robots that search: HEATS and its competitors, end to end in a built-in simulator.
 //!
-//! [`scene`] and [`sim`] make the world, [`heats`], [`flap`] and [`baselines`] search it, [`record`] keeps what happened, [`cli`] is the command line.
+//! [`scene`] and [`sim`] make the world (or [`generate`] does, at any size), [`heats`], [`flap`] and [`baselines`] search it, [`record`] keeps what happened, [`cli`] is the command line.
 
 pub mod baselines;
 pub mod bench;
 pub mod cli;
 pub mod clock;
 pub mod flap;
+pub mod generate;
 pub mod heats;
 pub mod record;
 pub mod report;

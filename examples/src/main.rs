@@ -5,10 +5,11 @@ use clap::Parser;
 use seekplan::baselines::{self, Baseline, BaselineSettings};
 use seekplan::bench::{self, Campaign};
 use seekplan::cli::{
-    BenchArgs, Cli, Command, FlapArgs, HeatsArgs, MapArg, ModeArg, ReportArgs, SceneAction,
-    SensorsArg,
+    BenchArgs, Cli, Command, FlapArgs, GenerateArgs, HeatsArgs, LayoutArg, MapArg, ModeArg,
+    ReportArgs, SceneAction, SensorsArg,
 };
 use seekplan::flap::{self, FlapSettings, MapKind};
+use seekplan::generate::{Blueprint, Layout};
 use seekplan::heats::{self, Planner, Sensors, Settings};
 use seekplan::record::{self, Ended, Ground, JsonLines, Recorder, ReportError, Silent};
 use seekplan::report::{ProgressLine, Status};
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Command::Bench(args) => run_bench(&args),
         Command::Scene(args) => match args.action {
             SceneAction::Check { scene } => check(&scene),
+            SceneAction::Generate(args) => generate(&args),
         },
         Command::Report(args) => run_report(&args),
     };
@@ -63,6 +65,38 @@ fn check(name: &str) -> Result<ExitCode, String> {
         scene.bounds.max
     );
     Ok(ExitCode::SUCCESS)
+}
+
+fn generate(args: &GenerateArgs) -> Result<ExitCode, String> {
+    let size: Vec<f64> = args
+        .size
+        .split('x')
+        .filter_map(|s| s.parse().ok())
+        .collect();
+    let [length, width] = size[..] else {
+        return Err(format!(
+            "--size {}: write length and width in metres, e.g. 40x30",
+            args.size
+        ));
+    };
+    let blueprint = Blueprint {
+        layout: match args.layout {
+            LayoutArg::Rooms => Layout::Rooms,
+            LayoutArg::Maze => Layout::Maze,
+            LayoutArg::Aisles => Layout::Aisles,
+        },
+        size: [length, width],
+        door: args.door,
+        tags: args.tags,
+        closed_room: args.closed_room,
+        seed: args.seed,
+    };
+    let scene = blueprint.build().map_err(|e| e.to_string())?;
+    let text = serde_json::to_string_pretty(&scene).map_err(|e| e.to_string())?;
+    std::fs::write(&args.out, text)
+        .map_err(|e| format!("cannot write {}: {e}", args.out.display()))?;
+    println!("wrote {}", args.out.display());
+    check(&args.out.to_string_lossy())
 }
 
 /// A planner of `seekplan heats` by its name.

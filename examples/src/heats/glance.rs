@@ -15,10 +15,12 @@ use viewsample::Pose;
 const COARSE: usize = 8;
 /// See [`COARSE`].
 const FINE: usize = 3;
-/// Ways with one posture, and with two, that are compared finely.
+/// Ways, with one posture or with several, that are compared finely.
 const FINALISTS: usize = 5;
-/// Steps of a path from which on a second posture is tried.
+/// Steps of a path for each posture after the first that is tried.
 const LONG: usize = 40;
+/// Postures, the best alone, that are tried after the second one.
+const CHOICE: usize = 10;
 /// Turn of the base from which on it matters whether the camera keeps its heading, rad.
 const TURN: f64 = 0.5;
 /// Bearings of the shoulder pan that are tried with each posture.
@@ -86,7 +88,7 @@ struct Via {
     holds_heading: bool,
 }
 
-/// The path with its arm led through the postures, two at `most`, from which most is seen on the way; as it was if none are
+/// The path with its arm led through the postures, so many at `most`, from which most is seen on the way; as it was if none are
 /// better. `worth` is the information of looks, `price` the information that a second of delay must bring. Also returns how
 /// many looks were asked for.
 pub(super) fn improve(
@@ -110,7 +112,7 @@ pub(super) fn improve(
         )
     };
     let mut asked = 0;
-    // First one posture, then a second one before or after the best.
+    // First one posture, then one more before, between or after the best, and again.
     let mut led: Vec<Led> = Vec::new();
     let mut rank = |led: &mut Vec<Led>, ways: &[Vec<Via>]| {
         let found = side_by_side(ways, |vias| {
@@ -124,19 +126,30 @@ pub(super) fn improve(
             }
         }
         led.sort_by(|a, b| b.0.total_cmp(&a.0));
-        led.truncate(FINALISTS);
     };
     let single: Vec<Vec<Via>> = vias.iter().map(|&v| vec![v]).collect();
     rank(&mut led, &single);
-    if let Some(&[first]) = led.first().map(|l| &l.1[..])
-        && path.base.len() > LONG
-        && most > 1
-    {
-        let pairs: Vec<Vec<Via>> = vias
+    let choice: Vec<Via> = led.iter().take(CHOICE).map(|l| l.1[0]).collect();
+    led.truncate(FINALISTS);
+    for count in 1..most {
+        let Some((_, best, _)) = led.first().filter(|l| l.1.len() == count) else {
+            break;
+        };
+        if path.base.len() <= count * LONG {
+            break;
+        }
+        let more = if count == 1 { &vias } else { &choice };
+        let ways: Vec<Vec<Via>> = more
             .iter()
-            .flat_map(|&via| [vec![via, first], vec![first, via]])
+            .flat_map(|&via| (0..=count).map(move |at| (via, at)))
+            .map(|(via, at)| {
+                let mut way = best.clone();
+                way.insert(at, via);
+                way
+            })
             .collect();
-        rank(&mut led, &pairs);
+        rank(&mut led, &ways);
+        led.truncate(FINALISTS);
     }
     let (first, looks) = value(&path, FINE);
     asked += looks;

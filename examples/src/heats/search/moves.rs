@@ -11,6 +11,8 @@ const LOOK_ROUND: f64 = 7.0;
 const LOWERING: f64 = 2.5;
 /// Time after which planning that ran out of its budget is tried again, s.
 const AGAIN: f64 = 0.5;
+/// Postures through which the arm is led on a long way at most.
+const MOST_POSTURES: usize = 4;
 /// Time that any way takes beyond its own, s.
 const SETTING_OUT: f64 = 0.3;
 
@@ -197,7 +199,7 @@ impl Search<'_> {
             }
         }
         let (_, choice, (path, camera, _)) = best?;
-        let (path, looks) = self.lead(path, 2);
+        let (path, looks) = self.lead(path, MOST_POSTURES);
         Ok((choice, (path, camera, (effort.0, effort.1 + looks))))
     }
 
