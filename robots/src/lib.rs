@@ -60,6 +60,7 @@ mod body;
 mod camera;
 mod chain;
 mod collision;
+mod cover;
 #[cfg(feature = "diff-ik")]
 mod diff_ik;
 mod error;

@@ -16,6 +16,8 @@ type Input = SVector<f64, 8>;
 
 /// Height of the base's spheres above the floor, m: the middle of its body.
 const BASE_MIDDLE: f64 = 0.2;
+/// Spheres along and across the base.
+const BASE_GRID: [usize; 2] = [4, 3];
 /// The floor, as a plane that spheres stay above.
 const FLOOR: [[f64; 4]; 1] = [[0.0, 0.0, 1.0, 0.0]];
 
@@ -38,7 +40,7 @@ impl Robot<9, 8> for MobileManipulator {
     }
 }
 
-/// The robot's spheres on their chain: first the arm's and the camera's, then the base's circles as spheres at half height.
+/// The robot's spheres on their chain: first the arm's and the camera's, then a grid of them over the base, at half height.
 #[derive(Clone, Debug)]
 struct Spheres {
     chain: Chain,
@@ -69,16 +71,20 @@ impl Spheres {
             })
             .collect();
         let arm = (0..spheres.len()).collect();
-        spheres.extend(
-            robot
-                .base_circles()
-                .iter()
-                .map(|&([x, y], radius)| LinkSphere {
-                    link: 0,
-                    center: [x, y, BASE_MIDDLE],
-                    radius,
-                }),
-        );
+        // Small enough to stay off the floor.
+        let cell = [
+            robot.base.length / BASE_GRID[0] as f64,
+            robot.base.width / BASE_GRID[1] as f64,
+        ];
+        spheres.extend((0..BASE_GRID[0] * BASE_GRID[1]).map(|i| {
+            let at = [i % BASE_GRID[0], i / BASE_GRID[0]];
+            let [x, y] = [0, 1].map(|k| (at[k] as f64 + 0.5 - 0.5 * BASE_GRID[k] as f64) * cell[k]);
+            LinkSphere {
+                link: 0,
+                center: [x, y, BASE_MIDDLE],
+                radius: 0.5 * cell[0].hypot(cell[1]),
+            }
+        }));
         let all = (0..spheres.len()).collect();
         let chain = Chain::new(
             true,

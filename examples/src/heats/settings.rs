@@ -393,7 +393,7 @@ impl Default for MotionSettings {
             control_period: 0.04,
             margin: 0.06,
             guard_margin: 0.02,
-            base_clearance: 0.06,
+            base_clearance: 0.04,
             barrier: (1e-3, 3e-4),
             arm_iterations: 2000,
         }
