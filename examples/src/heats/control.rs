@@ -19,8 +19,8 @@ type U = SVector<f64, 8>;
 const CUTOFFS: (f64, f64, f64, f64) = (0.05, 0.2, 0.25, 0.08);
 
 /// How much nearer than it is a body may come to a surface that showed up inside the margin, on its way out, m: sliding along the
-/// side of a voxel must not be refused for what interpolation adds and takes.
-const SLIDE: f64 = 0.005;
+/// side of a voxel must not be refused for what interpolation and the roundness of the circles over the base add and take.
+const SLIDE: f64 = 0.018;
 
 /// The controller of one run.
 pub struct Controller {

@@ -7,6 +7,8 @@ type Planned = (BodyPath, Pose, (usize, usize));
 
 /// Time for a turn of the base on the first look around, s.
 const LOOK_ROUND: f64 = 7.0;
+/// How far the base may come off its place on it, m.
+const OFF: f64 = 0.06;
 /// Time in which the arm is lowered on it, s.
 const LOWERING: f64 = 2.5;
 /// Time after which planning that ran out of its budget is tried again, s.
@@ -26,7 +28,7 @@ impl Search<'_> {
         // A LiDAR shows the ground beside the base while it turns; without one it must be known before.
         let least = match self.settings.sensors {
             Sensors::Both => -0.5,
-            Sensors::Camera => whole.base_clearance,
+            Sensors::Camera => whole.base_clearance + OFF,
         };
         let turns = (0..36).all(|i| {
             let yaw = state.base[2] + f64::from(i) * std::f64::consts::TAU / 36.0;
