@@ -1,6 +1,7 @@
 //! HEATS on the small embedded scene, whole, twice.
 #![allow(missing_docs, clippy::unwrap_used)]
 
+use seekplan::generate::Blueprint;
 use seekplan::heats::{self, Planner, Sensors, Settings};
 use seekplan::record::{Ended, RunResult};
 use seekplan::scene::Scene;
@@ -53,6 +54,43 @@ fn the_closet_is_searched_with_the_camera_alone() {
     assert_eq!(result.ended, Ended::Complete);
     assert_eq!(result.found, result.targets);
     assert_eq!((result.collisions, result.limit_violations), (0, 0));
+}
+
+/// Doors of 0.9 m are passed, and a room that nobody can enter keeps no search from its end.
+#[test]
+fn a_building_with_narrow_doors_and_a_closed_room_is_searched_to_the_end() {
+    let scene = Blueprint {
+        size: [9.0, 7.0],
+        tags: 4,
+        closed_room: true,
+        seed: 2,
+        ..Blueprint::default()
+    }
+    .build()
+    .unwrap();
+    assert_eq!(scene.closed_areas.len(), 1);
+    let settings = Settings {
+        seed: 1,
+        ..Settings::default()
+    };
+    let result = heats::run(&scene, &settings, &AtomicBool::new(false), &mut |_| {})
+        .unwrap()
+        .result;
+    assert_eq!(result.ended, Ended::Complete);
+    assert_eq!(result.found, 4, "given up: {:?}", result.given_up);
+    assert!(result.explored_fraction > 0.99);
+    assert_eq!((result.collisions, result.limit_violations), (0, 0));
+    // What is inside the closed room is neither searched nor given up.
+    let room = scene
+        .rooms
+        .iter()
+        .find(|r| scene.closed_areas.contains(&r.name))
+        .unwrap();
+    for g in &result.given_up {
+        let inside =
+            (0..2).all(|k| room.min[k] + 0.1 < g.place[k] && g.place[k] < room.max[k] - 0.1);
+        assert!(!inside, "{g:?}");
+    }
 }
 
 /// A view that never shows what it promises is not gone to for ever.

@@ -288,7 +288,7 @@ fn place(
     let size = kind.size();
     for _ in 0..TRIES {
         let turns = dice.pick(4);
-        let half = if turns % 2 == 0 {
+        let half = if turns.is_multiple_of(2) {
             [0.5 * size[0], 0.5 * size[1]]
         } else {
             [0.5 * size[1], 0.5 * size[0]]
@@ -318,7 +318,7 @@ fn place(
             && !taken.iter().any(|t| t.meets(&ground.grown(GAP)));
         // Across a narrow room the base must still get past.
         let passes = kind.stands_free() || {
-            let axis = usize::from(turns % 2 == 0);
+            let axis = usize::from(turns.is_multiple_of(2));
             room.side(axis) - 2.0 * half[axis] > GAP
         };
         if free && passes {

@@ -194,6 +194,8 @@ impl Controller {
         self.floor = match self.floor {
             _ if room >= self.guard.margin => None,
             Some(floor) if room >= floor => Some(floor),
+            // Outside of all that is mapped it stays there.
+            _ if room > 0.0 => Some((room - SLIDE).max(0.0)),
             _ => Some(room - SLIDE),
         };
         let (u, verdict) = guard(
