@@ -68,12 +68,8 @@ fn check(name: &str) -> Result<ExitCode, String> {
 }
 
 fn generate(args: &GenerateArgs) -> Result<ExitCode, String> {
-    let size: Vec<f64> = args
-        .size
-        .split('x')
-        .filter_map(|s| s.parse().ok())
-        .collect();
-    let [length, width] = size[..] else {
+    let size: Result<Vec<f64>, _> = args.size.split('x').map(str::parse).collect();
+    let Ok([length, width]) = size.as_deref() else {
         return Err(format!(
             "--size {}: write length and width in metres, e.g. 40x30",
             args.size
@@ -85,7 +81,7 @@ fn generate(args: &GenerateArgs) -> Result<ExitCode, String> {
             LayoutArg::Maze => Layout::Maze,
             LayoutArg::Aisles => Layout::Aisles,
         },
-        size: [length, width],
+        size: [*length, *width],
         door: args.door,
         tags: args.tags,
         closed_room: args.closed_room,

@@ -40,6 +40,20 @@ fn unknown_planners_are_refused_with_the_list_of_what_exists() {
 }
 
 #[test]
+fn buildings_that_cannot_be_made_are_refused_by_field() {
+    let no = |option: &str, value: &str, words: &[&str]| {
+        let args = ["scene", "generate", "--out", "none.json", option, value];
+        refused(&args, words);
+        assert!(!std::path::Path::new("none.json").exists());
+    };
+    for size in ["40", "40x30x2", "40xwide"] {
+        no("--size", size, &["--size", size, "40x30"]);
+    }
+    no("--size", "3x9", &["size[0] = 3", "between 6 and 300 m"]);
+    no("--door", "0.5", &["door = 0.5", "between 0.8 and 2 m"]);
+}
+
+#[test]
 fn the_published_rules_are_embedded() {
     let folder = std::env::temp_dir().join(format!("seekplan-preset-{}", std::process::id()));
     let result = |args: &[&str]| -> serde_json::Value {

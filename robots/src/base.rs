@@ -33,7 +33,8 @@ pub struct BaseShape {
     pub lidar: [f64; 3],
     /// Radius of a ball around the LiDAR's head that the arm keeps out of, m.
     pub lidar_radius: f64,
-    /// Circles (centre in the base frame, radius; m) that together contain the rectangle.
+    /// Circles (centre in the base frame, radius; m) that together contain the rectangle
+    /// and stick out by no more than 15 mm; at the default size one lies around the turning centre.
     pub circles: Vec<([f64; 2], f64)>,
     /// The rectangle's corners in the base frame, counter-clockwise, m.
     pub outline: [[f64; 2]; 4],

@@ -1,12 +1,18 @@
 //! Circles that cover a rectangle and stick out by little.
 
+/// How much of what would just do is used, so that circles overlap.
+const SHARE: f64 = 0.97;
+
 /// Circles that together contain the rectangle of half length and half width `half` about the origin, and stick out by no more than
 /// `over` (all m): a row along the middle, and towards each corner ever smaller ones, each as large as reaches the edges' parts that
-/// the one before it left.
+/// the one before it left. One circle around all where a length is not finite or nothing may stick out.
 pub(crate) fn circles([l, w]: [f64; 2], over: f64) -> Vec<([f64; 2], f64)> {
     // Half the part of an edge that a circle covers whose middle is `d` inside of it.
     let covered = |d: f64| (over * (2.0 * d + over)).sqrt();
     let (long, short) = (l.max(w), l.min(w));
+    if !(long.is_finite() && over > 0.0) {
+        return vec![([0.0; 2], long.hypot(short) + over)];
+    }
     let mut out = Vec::new();
     let mut put = |x: f64, y: f64, r: f64| {
         let middle = if l >= w { [x, y] } else { [y, x] };
@@ -39,13 +45,18 @@ pub(crate) fn circles([l, w]: [f64; 2], over: f64) -> Vec<([f64; 2], f64)> {
     out
 }
 
-/// How much of what would just do is used, so that circles overlap.
-const SHARE: f64 = 0.97;
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn lengths_without_end_take_one_circle() {
+        for half in [[f64::INFINITY, 1.0], [f64::NAN, f64::NAN]] {
+            assert_eq!(circles(half, 0.01).len(), 1);
+        }
+        assert_eq!(circles([0.4, 0.3], 0.0).len(), 1);
+    }
 
     proptest! {
         #[test]
