@@ -22,14 +22,50 @@ const CUTOFFS: (f64, f64, f64, f64) = (0.05, 0.2, 0.25, 0.08);
 /// side of a voxel must not be refused for what interpolation and the roundness of the circles over the base add and take.
 const SLIDE: f64 = 0.018;
 
+/// Commands braked one after another, 0.4 s of them, after which a body just outside of the margin is held: its controller finds
+/// nothing that keeps out of it.
+const HELD: usize = 10;
+
+/// The margin that the guard keeps, and how it gives way where a body could not move otherwise.
+#[derive(Clone, Copy, Debug, Default)]
+struct Slack {
+    /// Room that is kept while the margin is not there, m; set once when that begins, so that slack does not add up.
+    floor: Option<f64>,
+    /// Commands braked one after another.
+    held: usize,
+}
+
+impl Slack {
+    /// Room to keep for a body that has `room` m, where `usual` is the margin.
+    fn margin(&mut self, room: f64, usual: f64) -> f64 {
+        self.floor = match self.floor {
+            _ if room >= usual && self.held < HELD => None,
+            Some(floor) if room >= floor => Some(floor),
+            // Outside of all that is mapped it stays there.
+            _ if room > 0.0 => Some((room - SLIDE).max(0.0)),
+            _ => Some(room - SLIDE),
+        };
+        self.floor.map_or(usual, |floor| floor.min(usual))
+    }
+
+    /// Notes what became of a command given with so much room.
+    fn note(&mut self, braked: bool, room: f64, usual: f64) {
+        self.held = match braked {
+            true => self.held + 1,
+            // Once it moves, it goes on until the margin is there again with some to spare.
+            false if self.held >= HELD && room < usual + SLIDE => self.held,
+            false => 0,
+        };
+    }
+}
+
 /// The controller of one run.
 pub struct Controller {
     mpc: Mpc<9, 8>,
     settings: MotionSettings,
     limits: MotionLimits,
     guard: GuardParams<8>,
-    /// Room that is kept while the margin is not there, m; set once when that begins, so that slack does not add up.
-    floor: Option<f64>,
+    slack: Slack,
     /// Input asked for at present.
     wanted: U,
     /// Commands replaced by braking.
@@ -85,7 +121,7 @@ impl Controller {
                 look: TICK,
                 margin: settings.guard_margin,
             },
-            floor: None,
+            slack: Slack::default(),
             wanted: U::zeros(),
             brakes: 0,
         })
@@ -191,25 +227,21 @@ impl Controller {
             whole.room([x[0], x[1], x[2]], &joints).min(own)
         };
         let room = clearance(&x0);
-        self.floor = match self.floor {
-            _ if room >= self.guard.margin => None,
-            Some(floor) if room >= floor => Some(floor),
-            // Outside of all that is mapped it stays there.
-            _ if room > 0.0 => Some((room - SLIDE).max(0.0)),
-            _ => Some(room - SLIDE),
-        };
+        let margin = self.slack.margin(room, self.guard.margin);
         let (u, verdict) = guard(
             &x0,
             &now,
             &command,
             &GuardParams {
-                margin: self.floor.unwrap_or(self.guard.margin),
+                margin,
                 ..self.guard.clone()
             },
             |x, u, dt| whole.robot.step(x, u, dt),
             clearance,
         );
-        self.brakes += usize::from(verdict == Verdict::Braked);
+        let braked = verdict == Verdict::Braked;
+        self.slack.note(braked, room, self.guard.margin);
+        self.brakes += usize::from(braked);
         self.wanted = u;
         Ok(verdict)
     }
@@ -246,6 +278,30 @@ mod tests {
     use crate::heats::settings::Settings;
     use crate::scene::Scene;
     use robots::MobileManipulator;
+
+    #[test]
+    fn the_margin_gives_way_to_a_held_body_alone_and_once() {
+        let usual = 0.02;
+        let mut slack = Slack::default();
+        // Held just outside of the margin, it keeps it for a while; then it may come nearer, by so much and no more.
+        for _ in 0..HELD {
+            assert_eq!(slack.margin(0.0203, usual), usual);
+            slack.note(true, 0.0203, usual);
+        }
+        let kept = slack.margin(0.0203, usual);
+        assert!((0.0203 - SLIDE - kept).abs() < 1e-12);
+        for room in [0.019, 0.012, 0.005, 0.0203, 0.03] {
+            slack.note(false, room, usual);
+            assert_eq!(slack.margin(room, usual), kept);
+        }
+        // Away from it all is as it was.
+        slack.note(false, 0.05, usual);
+        assert_eq!(slack.margin(0.05, usual), usual);
+        // One command that is braked changes nothing.
+        slack.note(true, 0.05, usual);
+        slack.note(false, 0.0203, usual);
+        assert_eq!(slack.margin(0.0203, usual), usual);
+    }
 
     /// A body beside which a surface shows up, so near that the margin is gone, drives on along it and gets away.
     #[test]

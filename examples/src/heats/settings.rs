@@ -110,6 +110,8 @@ pub struct MapSettings {
     /// Half the side of the square around the middle of a face that must be in the image for the face to count as inspected, beyond
     /// half a voxel, m. 0.12 holds any 0.16 m target on the face however it is turned; 0.06 holds one near its middle.
     pub target: f64,
+    /// Whether only images sharp enough to read a tag in inspect, two in a row. False is the published rule: every image does.
+    pub sharp_only: bool,
     /// Whether faces too narrow to carry a target, of rods and edges and slivers between them, need no inspection.
     pub skip_narrow: bool,
     /// Whether strips one voxel wide between inspected faces need no inspection either. Of a 0.16 m target in the middle of one
@@ -158,6 +160,7 @@ impl Default for MapSettings {
             inspect_band: (0.0, 2.4),
             inspect_incidence: 64.0,
             target: 0.06,
+            sharp_only: true,
             skip_narrow: true,
             skip_strips: true,
             hit: 0.97,

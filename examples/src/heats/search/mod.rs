@@ -374,7 +374,7 @@ impl<'a> Search<'a> {
                 tan_half_h: self.rgb.0,
                 tan_half_v: self.rgb.1,
             };
-            if self.sharp {
+            if self.sharp || !self.settings.map.sharp_only {
                 self.mapper.inspect(&self.last_image, &camera);
             }
             self.last_image = camera;
