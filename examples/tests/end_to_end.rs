@@ -56,14 +56,15 @@ fn the_closet_is_searched_with_the_camera_alone() {
     assert_eq!((result.collisions, result.limit_violations), (0, 0));
 }
 
-/// Doors of 0.9 m are passed, and a room that nobody can enter keeps no search from its end.
+/// Doors of 0.9 m are passed, and a room that nobody can enter keeps no search from its end. One of the targets lies on the bottom of
+/// a bin that is one voxel wide inside, with one voxel unknown there: too small a frontier not to be looked at.
 #[test]
 fn a_building_with_narrow_doors_and_a_closed_room_is_searched_to_the_end() {
     let scene = Blueprint {
         size: [9.0, 7.0],
         tags: 4,
         closed_room: true,
-        seed: 2,
+        seed: 1,
         ..Blueprint::default()
     }
     .build()

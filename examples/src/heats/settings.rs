@@ -200,7 +200,7 @@ impl Default for FrontierSettings {
         Self {
             exploration_size: 60.0,
             exploration_extent: 2.0,
-            min_exploration: 3,
+            min_exploration: 1,
             min_inspection: 2,
             normal_angle: 30.0,
             inspection_radius: 1.2,
@@ -264,7 +264,7 @@ impl Default for ViewSettings {
             exploration_weight: 0.2,
             inspection_weight: 0.8,
             level_weight: 6,
-            cavity_weight: 1.6,
+            cavity_weight: 2.5,
             threshold: 4.0,
             relaxed_threshold: 2.4,
             attitudes: vec![
