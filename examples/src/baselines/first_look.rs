@@ -17,13 +17,7 @@ fn ease(t: f64) -> f64 {
 /// the base cannot turn, the shoulder does.
 pub(super) fn first_look(whole: &Whole<'_>, from: ([f64; 3], Joints), down: &Joints) -> BodyPath {
     let (base, joints) = from;
-    let turns = (0..36).all(|i| {
-        let (s, c) = (base[2] + f64::from(i) * TAU / 36.0).sin_cos();
-        whole.robot.base_circles().iter().all(|&([x, y], r)| {
-            let p = [base[0] + c * x - s * y, base[1] + s * x + c * y];
-            whole.mapper.ground.obstacle_clearance(p) >= r + 0.1
-        })
-    });
+    let turns = whole.turns_clear(base, 0.1);
     let mut path = BodyPath {
         base: Vec::new(),
         joints: Vec::new(),

@@ -3,6 +3,10 @@
 use super::mapping::Mapper;
 use crate::sim::{Body, CameraPose, Kinematics, Part, PartShape};
 use robots::{BodyState, Capsule, Cuboid, MobileManipulator};
+use std::f64::consts::TAU;
+
+/// Yaws at which a turn on the spot is looked at.
+const TURNS: u32 = 36;
 
 /// Joint angles, rad.
 pub type Joints = [f64; 6];
@@ -98,6 +102,15 @@ impl Whole<'_> {
         self.base_circles(base)
             .map(|(p, radius)| self.mapper.ground.clearance(p) - radius)
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether the base can turn on the spot with at least `room` m between its circles and known obstacles.
+    pub fn turns_clear(&self, base: [f64; 3], room: f64) -> bool {
+        (0..TURNS).all(|k| {
+            let yaw = base[2] + f64::from(k) * TAU / f64::from(TURNS);
+            self.base_circles([base[0], base[1], yaw])
+                .all(|(p, radius)| self.mapper.ground.obstacle_clearance(p) >= radius + room)
+        })
     }
 
     /// Room of a sphere to mapped or unknown space, the floor and the map's border, m.

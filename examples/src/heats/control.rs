@@ -274,7 +274,7 @@ impl Controller {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::heats::mapping::Mapper;
+    use crate::heats::fixture::{free_closet, looking};
     use crate::heats::settings::Settings;
     use crate::scene::Scene;
     use robots::MobileManipulator;
@@ -310,8 +310,7 @@ mod tests {
         let settings = Settings::default();
         let robot = MobileManipulator::default();
         for depth in [-0.01, 0.0, 0.01, 0.03] {
-            let mut mapper = Mapper::new(&scene, &settings).expect("a small map");
-            mapper.map.set_free_sphere([2.0, 2.0, 1.0], 20.0);
+            let mut mapper = free_closet();
             let h = mapper.map.cell_size();
             // One voxel in the side of the base, `depth` m deep.
             let edge = ((2.0 / h).floor() + 2.0) * h;
@@ -330,14 +329,7 @@ mod tests {
                 arm_clearance: 0.0,
             };
             let y = edge + depth - 0.275;
-            let view = robots::View {
-                height: 1.1,
-                pitch: -0.3,
-            };
-            let joints = robot
-                .postures(&[view], &robots::PostureWeights::default())
-                .expect("in reach")[0]
-                .joints;
+            let joints = looking(&robot, -0.3);
             // Along the voxel and past it, in 4 s.
             let path = BodyPath {
                 base: (0..=40)

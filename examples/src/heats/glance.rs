@@ -308,27 +308,16 @@ fn lead(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::heats::fixture::{free_closet, looking};
     use crate::heats::mapping::Mapper;
-    use crate::heats::settings::Settings;
-    use crate::scene::Scene;
     use hybrid_astar::Limits;
     use robots::MobileManipulator;
 
     /// A free hall, a base that drives and turns, an arm that goes somewhere else meanwhile.
     fn hall() -> (MobileManipulator, Mapper, MotionParams, BodyPath) {
-        let scene = Scene::builtin("closet").expect("embedded");
-        let mut mapper = Mapper::new(&scene, &Settings::default()).expect("a small map");
-        mapper.map.set_free_sphere([2.0, 2.0, 1.0], 20.0);
-        let _ = mapper.refresh();
+        let mapper = free_closet();
         let robot = MobileManipulator::default();
-        let view = robots::View {
-            height: 1.1,
-            pitch: 0.0,
-        };
-        let home = robot
-            .postures(&[view], &robots::PostureWeights::default())
-            .expect("in reach")[0]
-            .joints;
+        let home = looking(&robot, 0.0);
         let mut end = home;
         end[0] += 0.4;
         let params = MotionParams {

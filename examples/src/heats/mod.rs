@@ -9,6 +9,8 @@ mod control;
 mod decision;
 mod failures;
 mod fault;
+#[cfg(test)]
+mod fixture;
 mod glance;
 mod mapping;
 mod motion;

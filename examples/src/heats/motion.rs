@@ -273,9 +273,7 @@ pub(crate) fn is_clear(whole: &Whole<'_>, path: &BodyPath, from: f64, margin: f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::heats::mapping::Mapper;
-    use crate::heats::settings::Settings;
-    use crate::scene::Scene;
+    use crate::heats::fixture::{free_closet, looking};
     use robots::MobileManipulator;
 
     const LIMITS: Limits = Limits {
@@ -312,10 +310,7 @@ mod tests {
 
     #[test]
     fn stances_show_the_view_and_the_quickest_comes_first() {
-        let scene = Scene::builtin("closet").expect("embedded");
-        let mut mapper = Mapper::new(&scene, &Settings::default()).expect("a small map");
-        mapper.map.set_free_sphere([2.0, 2.0, 1.0], 20.0);
-        let _ = mapper.refresh();
+        let mapper = free_closet();
         let robot = MobileManipulator::default();
         let whole = Whole {
             robot: &robot,
@@ -323,14 +318,7 @@ mod tests {
             base_clearance: 0.0,
             arm_clearance: 0.0,
         };
-        let view = robots::View {
-            height: 1.1,
-            pitch: -0.3,
-        };
-        let joints = robot
-            .postures(&[view], &robots::PostureWeights::default())
-            .expect("in reach")[0]
-            .joints;
+        let joints = looking(&robot, -0.3);
         let params = MotionParams {
             base: LIMITS,
             joint_speed: 0.76,

@@ -33,14 +33,7 @@ impl Search<'_> {
         let turns = (0..36).all(|i| {
             let yaw = state.base[2] + f64::from(i) * std::f64::consts::TAU / 36.0;
             whole.base_room([state.base[0], state.base[1], yaw]) >= least
-        }) && (0..36).all(|i| {
-            let yaw = state.base[2] + f64::from(i) * std::f64::consts::TAU / 36.0;
-            whole.robot.base_circles().iter().all(|&([x, y], r)| {
-                let (s, c) = yaw.sin_cos();
-                let p = [state.base[0] + c * x - s * y, state.base[1] + s * x + c * y];
-                self.mapper.ground.obstacle_clearance(p) >= r + 0.1
-            })
-        });
+        }) && whole.turns_clear(state.base, 0.1);
         // Turns in order, each from where the last one ended, with the arm as it is or lowered.
         let (side, round) = (0.8 * std::f64::consts::PI, std::f64::consts::TAU);
         let both = self.settings.sensors == Sensors::Both;
