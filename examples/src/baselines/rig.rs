@@ -15,7 +15,7 @@ use crate::report::Status;
 use crate::scene::Scene;
 use crate::sim::{
     DepthCamera, DepthModel, GroundTruth, Lidar, LidarModel, MotionLimits, Noise, Simulator,
-    TagDetector, World,
+    SurfaceSeen, TagDetector, World,
 };
 use hybrid_astar::{Limits, Planner};
 use robots::{BodyState, MobileManipulator, View as Attitude};
@@ -58,6 +58,7 @@ pub(super) struct Rig<'a> {
     /// Whether the last image was inspected: it and the one before were sharp.
     pub(super) sharp: bool,
     truth: GroundTruth,
+    seen: SurfaceSeen,
     progress: Vec<Progress>,
     rgb: (f64, f64),
     was_steady: bool,
@@ -142,6 +143,7 @@ impl<'a> Rig<'a> {
         let field = depth.model().field;
         let tag_camera = settings.map.tag_camera(mapper.inspect_range);
         let rgb = tag_camera.tangents();
+        let seen = SurfaceSeen::new(&truth, &tag_camera);
         let detector = TagDetector::new(tag_camera, &scene.tags);
         let start = [scene.start.x, scene.start.y, scene.start.yaw];
         let sim = Simulator::new(
@@ -180,6 +182,7 @@ impl<'a> Rig<'a> {
             given_up: Vec::new(),
             sharp: false,
             truth,
+            seen,
             progress: Vec::new(),
             rgb,
             was_steady: false,
@@ -256,7 +259,11 @@ impl<'a> Rig<'a> {
         self.tap.note(&boxes);
         self.watch.stop(Stage::MapUpdate, lap);
         if due.rgb {
+            let lap = Lap::start();
+            let turn = self.sim.camera_turn();
+            self.seen.look(self.sim.world(), self.sim.camera(), turn);
             self.sim.detect();
+            self.watch.stop(Stage::Simulator, lap);
         }
         Ok(due.depth)
     }
@@ -352,6 +359,7 @@ impl<'a> Rig<'a> {
             joint_rotation_rad: tally.joint_rotation,
             explored_fraction,
             inspected_fraction,
+            seen_fraction: self.seen.fraction(),
             given_up: self.given_up,
             collisions: tally.collisions,
             min_clearance_m: tally.min_clearance,

@@ -331,7 +331,7 @@ const SECOND_TITLE: &str = "Search time and completeness";
 const THIRD_TITLE: &str = "Base path and joint rotation";
 /// Heading of the paper's figures.
 const PAPER: &str = "paper";
-const SECOND: [&str; 9] = [
+const SECOND: [&str; 10] = [
     "scene",
     "planner",
     "time, s",
@@ -341,6 +341,7 @@ const SECOND: [&str; 9] = [
     PAPER,
     "last tag, s",
     "inspected, %",
+    "seen, %",
 ];
 const THIRD: [&str; 6] = [
     "scene",
@@ -350,7 +351,7 @@ const THIRD: [&str; 6] = [
     "joint rotation, rad",
     PAPER,
 ];
-const NOTES: &str = "Mean ± standard deviation over seeds; at the limit: trials that the time limit ended; last tag: when the last one found was found";
+const NOTES: &str = "Mean ± standard deviation over seeds; at the limit: trials that the time limit ended; last tag: when the last one found was found; inspected: by the rules of the planner itself; seen: in sight once in a sharp image, by exact geometry and the same for all";
 const PAPER_NOTE: &str = "; paper: what the HEATS paper reports for its own simulator, scenes of the same size and tags of its own.";
 const MARKS: &str = "Curves: mean over seeds, and the band between the least and the most. Boxes: median and quartiles, with whiskers to \
     the farthest trial within 1.5 of the box's width. Every mark is a trial and opens its report, or its result where the campaign was run without --reports. The settings in a \
@@ -378,6 +379,7 @@ fn summary(scene: &str, row: &str, results: &[&RunResult]) -> (Vec<String>, Vec<
         paper(&|p| format!("{:.1}", p.3)),
         of(&|r| r.last_target_time_s, 0),
         of(&|r| 100.0 * r.inspected_fraction, 1),
+        of(&|r| 100.0 * r.seen_fraction, 1),
     ];
     let third = [
         of(&|r| r.base_path_m, 1),
@@ -395,7 +397,7 @@ fn summary(scene: &str, row: &str, results: &[&RunResult]) -> (Vec<String>, Vec<
 fn csv(files: &[TrialFile]) -> String {
     let mut text = String::from(
         "trial,scene,scene_hash,planner,sensors,seed,ended,targets,found,completeness,search_time_s,last_target_time_s,base_path_m,\
-         joint_rotation_rad,explored_fraction,inspected_fraction,collisions,min_clearance_m,limit_violations,decisions,views_reached,\
+         joint_rotation_rad,explored_fraction,inspected_fraction,seen_fraction,collisions,min_clearance_m,limit_violations,decisions,views_reached,\
          planning_time_s,version,sources\n",
     );
     for f in files {
@@ -407,7 +409,7 @@ fn csv(files: &[TrialFile]) -> String {
         };
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{ended},{},{},{:.4},{:.2},{:.2},{:.3},{:.3},{:.5},{:.5},{},{:.4},{},{},{},{:.4},{},{}",
+            "{},{},{},{},{},{},{ended},{},{},{:.4},{:.2},{:.2},{:.3},{:.3},{:.5},{:.5},{:.5},{},{:.4},{},{},{},{:.4},{},{}",
             f.trial,
             r.scene,
             f.scene_hash,
@@ -423,6 +425,7 @@ fn csv(files: &[TrialFile]) -> String {
             r.joint_rotation_rad,
             r.explored_fraction,
             r.inspected_fraction,
+            r.seen_fraction,
             r.collisions,
             r.min_clearance_m,
             r.limit_violations,
@@ -496,14 +499,14 @@ mod tests {
         }
         assert_eq!(
             suite.columns(&[SECOND.map(String::from).to_vec()])[0].len(),
-            9
+            10
         );
         let text = EMBEDDED.replace("\"office\", \"maze\"", "\"closet\"");
         let file = SuiteFile::from_toml(&text).expect("valid");
         let own = HeatsTables::new(&file, None).expect("valid");
         assert_eq!(
             own.columns(&[SECOND.map(String::from).to_vec()])[0].len(),
-            7
+            8
         );
     }
 }

@@ -134,6 +134,9 @@ pub struct RunResult {
     pub explored_fraction: f64,
     /// Share of the observable surface that was inspected at the end, 0..1.
     pub inspected_fraction: f64,
+    /// Share of the observable surface that the RGB camera had in sight in sharp images, judged by exact geometry and by the same rule for
+    /// all planners: a voxel's middle in the image, within the range of detection, 0..1.
+    pub seen_fraction: f64,
     /// Places the planner stopped trying to see.
     pub given_up: Vec<GivenUp>,
     /// Contact episodes between the exact shapes of robot and world.

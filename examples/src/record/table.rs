@@ -35,9 +35,10 @@ pub fn closing_table(result: &RunResult) -> String {
     row(
         "explored, inspected",
         format!(
-            "{:.1} % of free space, {:.1} % of surface",
+            "{:.1} % of free space, {:.1} % of surface ({:.1} % seen once)",
             100.0 * result.explored_fraction,
-            100.0 * result.inspected_fraction
+            100.0 * result.inspected_fraction,
+            100.0 * result.seen_fraction
         ),
     );
     row("base path", format!("{:.1} m", result.base_path_m));

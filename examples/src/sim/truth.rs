@@ -151,7 +151,7 @@ impl GroundTruth {
             .filter(move |&c| center(c) >= low && center(c) <= high)
     }
 
-    fn center(&self, c: [usize; 3]) -> [f64; 3] {
+    pub(super) fn center(&self, c: [usize; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| self.low[k] + (c[k] as f64 + 0.5) * self.cell_size)
     }
 

@@ -26,8 +26,8 @@ use crate::record::{
 use crate::report::Status;
 use crate::scene::{Scene, SceneError};
 use crate::sim::{
-    DepthCamera, DepthModel, GroundTruth, Lidar, LidarModel, MotionLimits, Noise, Simulator, TICK,
-    TagDetector, World,
+    DepthCamera, DepthModel, GroundTruth, Lidar, LidarModel, MotionLimits, Noise, Simulator,
+    SurfaceSeen, TICK, TagDetector, World,
 };
 use faults::Faults;
 use hybrid_astar::{GoalYaw, Limits, Planner};
@@ -179,6 +179,8 @@ struct Search<'a> {
     robot: MobileManipulator,
     sim: Simulator<Exact>,
     truth: GroundTruth,
+    /// What the RGB camera has shown, whatever the map says.
+    seen: SurfaceSeen,
     mapper: Mapper,
     targets: Targets,
     failures: Failures,
@@ -384,7 +386,11 @@ impl<'a> Search<'a> {
         self.targets.note(boxes);
         self.watch.stop(Stage::MapUpdate, lap);
         if due.rgb {
+            let lap = Lap::start();
+            let turn = self.sim.camera_turn();
+            self.seen.look(self.sim.world(), self.sim.camera(), turn);
             self.sim.detect();
+            self.watch.stop(Stage::Simulator, lap);
         }
         Ok(due.depth)
     }

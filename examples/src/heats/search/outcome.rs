@@ -108,6 +108,7 @@ impl Search<'_> {
             joint_rotation_rad: tally.joint_rotation,
             explored_fraction,
             inspected_fraction,
+            seen_fraction: self.seen.fraction(),
             given_up: std::mem::take(&mut self.failures.given_up),
             collisions: tally.collisions,
             min_clearance_m: tally.min_clearance,

@@ -132,6 +132,7 @@ impl<'a> Search<'a> {
         let depth = DepthCamera::new(DepthModel::default(), noise(1));
         let tag_camera = settings.map.tag_camera(mapper.inspect_range);
         let rgb = tag_camera.tangents();
+        let seen = SurfaceSeen::new(&truth, &tag_camera);
         let detector = TagDetector::new(tag_camera, &scene.tags);
         let start = [scene.start.x, scene.start.y, scene.start.yaw];
         let sim = Simulator::new(
@@ -152,6 +153,7 @@ impl<'a> Search<'a> {
             settings,
             sim,
             truth,
+            seen,
             mapper,
             targets,
             failures: Failures::default(),
