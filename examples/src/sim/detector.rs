@@ -49,8 +49,18 @@ impl TagCamera {
         (across, down)
     }
 
+    /// A world point in the camera frame (m), if it is inside the image.
+    pub(super) fn inside(&self, (rotation, origin): &CameraPose, p: [f64; 3]) -> Option<[f64; 3]> {
+        let tangent = <[f64; 2]>::from(self.tangents());
+        let d = [0, 1, 2].map(|k| p[k] - origin[k]);
+        let c = [0, 1, 2].map(|j| (0..3).map(|k| rotation[k][j] * d[k]).sum::<f64>());
+        let inside = c[2] > 0.0 && (0..2).all(|k| c[k].abs() <= tangent[k] * c[2]);
+        inside.then_some(c)
+    }
+
     /// Whether one image of a camera at rest shows the tag well enough.
-    pub fn sees(&self, world: &World, (rotation, origin): &CameraPose, tag: &Tag) -> bool {
+    pub fn sees(&self, world: &World, pose: &CameraPose, tag: &Tag) -> bool {
+        let origin = &pose.1;
         let tangent = <[f64; 2]>::from(self.tangents());
         let focal = [0, 1].map(|k| 0.5 * self.size[k] / tangent[k]);
         let away = [0, 1, 2].map(|k| origin[k] - tag.center[k]);
@@ -60,10 +70,8 @@ impl TagCamera {
             return false;
         }
         let project = |p: [f64; 3]| {
-            let d = [0, 1, 2].map(|k| p[k] - origin[k]);
-            let c = [0, 1, 2].map(|j| (0..3).map(|k| rotation[k][j] * d[k]).sum::<f64>());
-            let inside = c[2] > 0.0 && (0..2).all(|k| c[k].abs() <= tangent[k] * c[2]);
-            inside.then(|| [0, 1].map(|k| focal[k] * c[k] / c[2]))
+            let c = self.inside(pose, p)?;
+            Some([0, 1].map(|k| focal[k] * c[k] / c[2]))
         };
         let corners = tag.corners();
         let mut image = [[0.0; 2]; 4];

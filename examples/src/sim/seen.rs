@@ -84,25 +84,22 @@ impl SurfaceSeen {
 fn is_shown(
     lens: &TagCamera,
     world: &World,
-    (rotation, eye): &CameraPose,
+    camera: &CameraPose,
     middle: [f64; 3],
     (face, half): (usize, f64),
 ) -> bool {
     let (axis, sign) = (face / 2, if face % 2 == 0 { -1.0 } else { 1.0 });
+    let eye = camera.1;
     let mut point = middle;
     point[axis] += sign * half;
     let way = [0, 1, 2].map(|k| point[k] - eye[k]);
     let far = way.iter().map(|v| v * v).sum::<f64>() > lens.max_distance.powi(2);
-    if far || sign * way[axis] >= 0.0 {
+    if far || sign * way[axis] >= 0.0 || lens.inside(camera, point).is_none() {
         return false;
     }
-    let (across, down) = lens.tangents();
-    let [x, y, z] = [0, 1, 2].map(|j| (0..3).map(|k| rotation[k][j] * way[k]).sum::<f64>());
-    z > 0.0 && x.abs() <= across * z && y.abs() <= down * z && {
-        // The surface may lie in the plane of the face itself.
-        let short = way.map(|v| (1.0 - 1e-6) * v);
-        world.cast(*eye, short, 1.0).is_none()
-    }
+    // The surface may lie in the plane of the face itself.
+    let short = way.map(|v| (1.0 - 1e-6) * v);
+    world.cast(eye, short, 1.0).is_none()
 }
 
 #[cfg(test)]
